@@ -1,0 +1,1 @@
+"""What every layer may use: errors with places, units, symbols, non-smooth primitives, safe files."""

@@ -1,0 +1,159 @@
+"""Non-smooth primitives of friction and backlash as SymPy functions whose derivatives stay functions.
+
+SymPy's own ``sign`` differentiates to a Dirac delta, which no code can evaluate; here the derivative
+is taken piecewise, which is what an integrator that locates the events needs.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import sympy
+from sympy.core.function import ArgumentIndexError
+
+
+class _Piecewise(sympy.Function):  # type: ignore[misc]
+    """A real function of real arguments with its own name in LaTeX."""
+
+    _latex_name: ClassVar[str]
+
+    def _eval_is_real(self) -> bool | None:
+        return True if all(argument.is_real for argument in self.args) else None
+
+    def _latex_head(self, printer: Any) -> str:
+        return self._latex_name
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        power = "" if exp is None else f"^{{{exp}}}"
+        head = self._latex_head(printer)
+        body = rf"\left({printer._print(self.args[0])}\right)"
+        if power and "_" in head:
+            return rf"\left({head}{body}\right){power}"
+        return f"{head}{power}{body}"
+
+
+class _PiecewiseConstant(_Piecewise):
+    """A function that is constant between its jumps: the derivative is 0 in every argument."""
+
+    def fdiff(self, argindex: int = 1) -> sympy.Expr:
+        if not 1 <= argindex <= len(self.args):
+            raise ArgumentIndexError(self, argindex)
+        return sympy.S.Zero
+
+
+class sign_of(_PiecewiseConstant):
+    """-1, 0 or 1: the sign of x."""
+
+    nargs = 1
+    _latex_name = r"\operatorname{sign}"
+
+    @classmethod
+    def eval(cls, x: sympy.Expr) -> sympy.Expr | None:
+        if x.is_zero:
+            return sympy.S.Zero
+        if x.is_positive:
+            return sympy.S.One
+        if x.is_negative:
+            return sympy.S.NegativeOne
+        if x.could_extract_minus_sign():
+            return -cls(-x)
+        return None
+
+
+class step(_PiecewiseConstant):
+    """1 where x > 0, else 0."""
+
+    nargs = 1
+    _latex_name = r"\operatorname{step}"
+
+    @classmethod
+    def eval(cls, x: sympy.Expr) -> sympy.Expr | None:
+        if x.is_positive:
+            return sympy.S.One
+        if x.is_nonpositive:
+            return sympy.S.Zero
+        return None
+
+
+def _width(s: sympy.Expr) -> sympy.Expr:
+    if s.is_negative:
+        raise ValueError(f"the half-width of a dead zone cannot be negative: {s}")
+    return s
+
+
+class outside(_PiecewiseConstant):
+    """1 where abs(x) > s, else 0; s >= 0 is the half-width of the gap."""
+
+    nargs = 2
+    _latex_name = r"\operatorname{out}"
+
+    @classmethod
+    def eval(cls, x: sympy.Expr, s: sympy.Expr) -> sympy.Expr | None:
+        _width(s)
+        if x.is_zero:
+            return sympy.S.Zero
+        if x.is_number and s.is_number and x.is_real and s.is_real:
+            return step(abs(x) - s)
+        if x.could_extract_minus_sign():
+            return cls(-x, s)
+        return None
+
+    def _latex_head(self, printer: Any) -> str:
+        return f"{self._latex_name}_{{{printer._print(self.args[1])}}}"
+
+
+class deadzone(_Piecewise):
+    """x - s where x > s, x + s where x < -s, else 0; s >= 0 is the half-width of the gap."""
+
+    nargs = 2
+    _latex_name = r"\operatorname{dz}"
+
+    @classmethod
+    def eval(cls, x: sympy.Expr, s: sympy.Expr) -> sympy.Expr | None:
+        _width(s)
+        if x.is_zero:
+            return sympy.S.Zero
+        if s.is_zero:
+            return x
+        if x.is_number and s.is_number and x.is_real and s.is_real:
+            return outside(x, s) * (x - s * sign_of(x))
+        if x.could_extract_minus_sign():
+            return -cls(-x, s)
+        return None
+
+    def fdiff(self, argindex: int = 1) -> sympy.Expr:
+        x, s = self.args
+        if argindex == 1:
+            return outside(x, s)
+        if argindex == 2:
+            return -sign_of(x) * outside(x, s)
+        raise ArgumentIndexError(self, argindex)
+
+    def _latex_head(self, printer: Any) -> str:
+        return f"{self._latex_name}_{{{printer._print(self.args[1])}}}"
+
+
+_KINKED = (sympy.Abs, sympy.sign, sympy.Min, sympy.Max)
+
+
+def is_smooth(expression: sympy.Expr) -> bool:
+    """Whether the expression has no jump and no kink."""
+    return not sympy.sympify(expression).has(sign_of, step, outside, deadzone, *_KINKED)
+
+
+def absorb(expression: sympy.Expr) -> sympy.Expr:
+    """``out_s(x)`` is idempotent, and absorbed by ``dz_s(x)``: products that a chain rule makes get short again."""
+    product = sympy.Mul.make_args
+    terms = []
+    for term in sympy.Add.make_args(sympy.expand_mul(expression) if expression.has(outside) else expression):
+        gaps = {factor.args for factor in product(term) if isinstance(factor, deadzone)}
+        kept = []
+        for factor in product(term):
+            base, _ = factor.as_base_exp()
+            if isinstance(base, outside):
+                if base.args not in gaps:
+                    kept.append(base)
+            else:
+                kept.append(factor)
+        terms.append(sympy.Mul(*kept))
+    return sympy.Add(*terms)

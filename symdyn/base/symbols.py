@@ -1,0 +1,62 @@
+"""The only maker of SymPy symbols: names are positions and parameter names, never free text of a user."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import sympy as sp
+
+
+def coordinate(index: int) -> sp.Symbol:
+    """Generalised coordinate ``q_i`` (index from 1)."""
+    return sp.Symbol(f"q_{index}", real=True)
+
+
+def velocity(index: int) -> sp.Symbol:
+    return sp.Symbol(f"qd_{index}", real=True)
+
+
+def acceleration(index: int) -> sp.Symbol:
+    return sp.Symbol(f"qdd_{index}", real=True)
+
+
+def effort(index: int) -> sp.Symbol:
+    """Generalised force ``tau_i`` applied along coordinate ``q_i``."""
+    return sp.Symbol(f"tau_{index}", real=True)
+
+
+def control(index: int) -> sp.Symbol:
+    """Input ``u_i`` of the machine: a voltage, a current, a torque."""
+    return sp.Symbol(f"u_{index}", real=True)
+
+
+def hidden(index: int) -> sp.Symbol:
+    """State ``z_i`` of an effect, beyond coordinates and velocities: a current, a bristle deflection."""
+    return sp.Symbol(f"z_{index}", real=True)
+
+
+def parameter(name: str) -> sp.Symbol:
+    """A parameter; the prefix keeps a user's ``q_1`` apart from the coordinate."""
+    return sp.Symbol(f"p_{name}", real=True)
+
+
+def local(name: str) -> sp.Symbol:
+    """A symbol of an effect's own law: the displacement, velocity or acceleration at its port."""
+    return sp.Symbol(f"port_{name}", real=True)
+
+
+def number(value: Fraction | float | int) -> sp.Expr:
+    """An exact SymPy number; decimal floats become the decimal they print as (0.1 is 1/10)."""
+    if isinstance(value, Fraction):
+        return sp.Rational(value.numerator, value.denominator)
+    if isinstance(value, int):
+        return sp.Integer(value)
+    return sp.Rational(repr(value))
+
+
+def angle(radians: Fraction | float) -> sp.Expr:
+    """An exact angle: multiples of pi/12 are recognised, so that cos(90 deg) is 0 and not 6e-17."""
+    twelfths = float(radians) * 12.0 / float(sp.pi)
+    if abs(twelfths - round(twelfths)) < 1e-9:
+        return sp.Rational(round(twelfths), 12) * sp.pi
+    return number(radians)

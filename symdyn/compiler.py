@@ -1,0 +1,91 @@
+"""The whole pipeline on one page: robot -> equations -> programs -> source -> kernel."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from symdyn import __version__
+from symdyn.base.errors import Problem
+from symdyn.base.files import write_atomically
+from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
+from symdyn.emit import latex
+from symdyn.emit.kernel import Kernel, load_source
+from symdyn.emit.kernel_source import KernelSource, kernel_source
+from symdyn.emit.templates import digest
+from symdyn.physics import schemas
+from symdyn.program.functions import functions
+from symdyn.spec.machines import machine_file
+from symdyn.spec.records import Robot
+from symdyn.spec.toml_reader import read_robot, read_robot_text, read_with_warnings
+
+TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2", "latex/equations.tex.j2")
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """Everything that follows from one robot; ``kernel()`` loads its compiled functions."""
+
+    robot: Robot
+    equations: EquationsOfMotion
+    source: KernelSource
+
+    def kernel(self) -> Kernel:
+        return load_source(self.source.text)
+
+
+def load_robot(model: str | Path) -> Robot:
+    """Read a robot from a TOML file, or a bundled machine by its name ("two-link").
+
+    Raises InputError with every problem found in the file.
+    """
+    return read_robot(machine_file(model), schemas())
+
+
+def load_with_warnings(model: str | Path) -> tuple[Robot, tuple[Problem, ...]]:
+    """The same, with what is doubtful in the file."""
+    return read_with_warnings(machine_file(model), schemas())
+
+
+def robot_from_text(text: str, file: str) -> Robot:
+    return read_robot_text(text, file, schemas())
+
+
+def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
+    """Derive, build and optimise the programs, print them. Nothing is compiled by Numba yet.
+
+    ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events.
+    """
+    equations = equations_of_motion(robot)
+    return Compiled(robot, equations, kernel_source(equations, functions(equations, smoothing)))
+
+
+def generate(robot: Robot, folder: Path) -> tuple[Path, ...]:
+    """Write kernel.py, equations.tex and manifest.json; same robot, same bytes."""
+    compiled = compile_robot(robot)
+    files = {"kernel.py": compiled.source.text, "equations.tex": latex.document(compiled.equations)}
+    files["manifest.json"] = _manifest(compiled, files)
+    written = []
+    for name, text in files.items():
+        write_atomically(folder / name, text)
+        written.append(folder / name)
+    return tuple(written)
+
+
+def _manifest(compiled: Compiled, files: dict[str, str]) -> str:
+    """What went in and what came out, by hash, and what each pass did; no dates, no paths."""
+    facts = {
+        "robot": compiled.robot.name,
+        "symdyn": __version__,
+        "model_sha256": _sha256(compiled.robot.text),
+        "templates_sha256": digest(*TEMPLATES),
+        "files_sha256": {name: _sha256(text) for name, text in files.items()},
+        "costs": {name: [asdict(row) for row in rows] for name, rows in compiled.source.costs.items()},
+    }
+    return json.dumps(facts, indent=1) + "\n"
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,146 @@
+"""The equations of motion of a robot with its drives: arm by Newton-Euler, effects by force balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symdyn.base import symbols
+from symdyn.derive.coordinates import Coordinate, coordinates, joint_coordinates
+from symdyn.derive.energy import energies
+from symdyn.derive.forces import Contribution, balance, totals
+from symdyn.derive.newton_euler import inverse_dynamics
+from symdyn.derive.ports import Attachment, attachments
+from symdyn.derive.quantities import expression
+from symdyn.derive.steps import Step, Steps
+from symdyn.physics.effect import Sensor
+from symdyn.spec.records import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenStateEquation:
+    """``storage * d(symbol)/dt = rate``."""
+
+    symbol: sp.Symbol
+    name: str
+    unit: str
+    latex: str
+    storage: sp.Expr
+    rate: sp.Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A control input; ``force`` (n,) is what it exerts directly along each coordinate."""
+
+    symbol: sp.Symbol
+    name: str
+    unit: str
+    force: tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EquationsOfMotion:
+    """All that is derived of a robot; expressions are in symbols of ``symdyn.base.symbols``.
+
+    arm + inertial = applied + actuation + external, per coordinate, where ``arm`` (n,) are the
+    efforts of the rigid arm, affine in accelerations, written with the intermediates ``steps``.
+    """
+
+    robot: Robot
+    axes: tuple[Coordinate, ...]
+    parameters: tuple[sp.Symbol, ...]
+    steps: tuple[Step, ...]
+    arm: tuple[sp.Expr, ...]
+    contributions: tuple[Contribution, ...]
+    states: tuple[HiddenStateEquation, ...]
+    inputs: tuple[Input, ...]
+    sensors: tuple[Sensor, ...]
+    energy_steps: tuple[Step, ...]
+    kinetic: sp.Expr
+    potential: sp.Expr
+
+    @property
+    def attachments(self) -> tuple[Attachment, ...]:
+        return tuple(c.attachment for c in self.contributions)
+
+    def required(self) -> tuple[tuple[Step, ...], tuple[sp.Expr, ...]]:
+        """Inverse dynamics: the effort (n,) that actuators must supply along each coordinate, with its steps."""
+        steps = Steps()
+        total = list(self.arm)
+        for c in self.contributions:
+            name = f"{c.attachment.effect.identifier}_{c.attachment.address.replace('.', '_')}"
+            for k, force in enumerate(sp.sympify(a) - b for a, b in zip(c.inertial, c.applied, strict=True)):
+                total[k] += steps.name(f"{name}_{k + 1}", force, c.attachment.origin) if force != 0 else 0
+        return (*self.steps, *steps.freeze()), tuple(total)
+
+    def actuation(self) -> tuple[sp.Expr, ...]:
+        """(n,) effort that inputs and hidden states supply along each coordinate."""
+        return tuple(
+            sum((i.force[k] for i in self.inputs), sp.Integer(0))
+            + sum((c.actuation[k] for c in self.contributions), sp.Integer(0))
+            for k in range(len(self.axes))
+        )
+
+
+def equations_of_motion(robot: Robot) -> EquationsOfMotion:
+    """Derive the equations of a robot; nothing is expanded or simplified, so large arms are quick."""
+    axes = coordinates(robot)
+    steps, energy_steps = Steps(), Steps()
+    by_joint = dict(zip((c.address for c in joint_coordinates(robot)), inverse_dynamics(robot, steps), strict=True))
+    items = attachments(robot)
+    kinetic, potential = energies(robot, energy_steps)
+    stored_kinetic, stored_potential, _ = totals(items)
+    return EquationsOfMotion(
+        robot=robot,
+        axes=axes,
+        parameters=tuple(symbols.parameter(p.name) for p in robot.parameters),
+        steps=steps.freeze(),
+        arm=tuple(sp.sympify(by_joint.get(c.address, 0)) for c in axes),
+        contributions=tuple(balance(item, axes) for item in items),
+        states=tuple(_state(item) for item in items if item.state is not None),
+        inputs=_inputs(robot, axes, items),
+        sensors=tuple(_sensors(items)),
+        energy_steps=energy_steps.freeze(),
+        kinetic=kinetic + stored_kinetic,
+        potential=potential + stored_potential,
+    )
+
+
+def _state(item: Attachment) -> HiddenStateEquation:
+    declared = item.effect.hidden_state()
+    assert declared is not None
+    assert item.state is not None
+    control = item.control if item.control is not None else sp.Integer(0)
+    storage, rate = item.effect.storage_and_rate(item.port, item.values, item.state, control)
+    name = f"{item.address}.{declared.name}"
+    return HiddenStateEquation(item.state, name, declared.unit, declared.latex, storage, rate)
+
+
+def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment, ...]) -> tuple[Input, ...]:
+    """One input per joint: its motor's voltage, its actuator's input, or else the joint effort itself."""
+    driven = {item.control: item for item in items if item.control is not None}
+    found = []
+    for i, joint in enumerate(robot.joints, start=1):
+        symbol = symbols.control(i)
+        own = next(c for c in axes if c.address == joint.name)
+        gain, unit, name = sp.Integer(1), own.effort_unit, f"{joint.name}.effort"
+        if symbol in driven:
+            gain, unit = sp.Integer(0), driven[symbol].effect.input_unit() or ""
+            name = f"{driven[symbol].address}.voltage"
+        elif joint.actuator is not None:
+            gain, unit = expression(joint.actuator.gain), joint.actuator.input_unit
+            name = f"{joint.name}.input"
+        force = tuple(gain * symbol if c is own else sp.Integer(0) for c in axes)
+        found.append(Input(symbol, name, unit, force))
+    return tuple(found)
+
+
+def _sensors(items: tuple[Attachment, ...]) -> list[Sensor]:
+    found = []
+    for item in items:
+        sensor = item.effect.sensor(item.port, item.values)
+        if sensor is not None:
+            found.append(Sensor(f"{item.address}.{sensor.name}", sensor.unit, sensor.value))
+    return found

@@ -1,0 +1,80 @@
+"""Generalised forces of effects, by two routes: force balance at each port, and Lagrange on totals.
+
+Both start from the same declarations; a slip in either route shows as a difference (tested).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symdyn.base.nonsmooth import absorb
+from symdyn.derive.coordinates import Coordinate
+from symdyn.derive.ports import Attachment
+from symdyn.physics.effect import PORT
+
+
+@dataclass(frozen=True, slots=True)
+class Contribution:
+    """What one effect adds to the equations.
+
+    ``inertial`` (n,) is the force its own mass needs (left-hand side), ``applied`` (n,) the force it
+    exerts along each coordinate (right-hand side), ``actuation`` (n,) that of its hidden state.
+    """
+
+    attachment: Attachment
+    inertial: tuple[sp.Expr, ...]
+    applied: tuple[sp.Expr, ...]
+    actuation: tuple[sp.Expr, ...]
+
+
+def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
+    """Newton's way: the force along the port, spread over the coordinates by virtual work."""
+    effect, values = item.effect, item.values
+    here = {PORT.x: item.port.x, PORT.v: item.port.v}
+    along = (
+        effect.force(PORT, values)
+        - sp.diff(effect.potential_energy(PORT, values), PORT.x)
+        - sp.diff(effect.dissipation(PORT, values), PORT.v)
+    ).subs(here, simultaneous=True)
+    momentum = sp.diff(effect.kinetic_energy(PORT, values), PORT.v).subs(here, simultaneous=True)
+    inertia_force = _time_derivative(momentum, axes)
+    driven = sp.Integer(0)
+    if item.state is not None:
+        driven = effect.state_force(PORT, values, item.state).subs(here, simultaneous=True)
+    lever = [sp.diff(item.port.v, c.qd) for c in axes]
+    return Contribution(
+        item,
+        tuple(arm * inertia_force for arm in lever),
+        tuple(absorb(arm * along) for arm in lever),
+        tuple(arm * driven for arm in lever),
+    )
+
+
+def lagrange(items: Sequence[Attachment], axes: Sequence[Coordinate]) -> tuple[sp.Expr, ...]:
+    """Extended Lagrange (seed eq. 10): d/dt dK/dqd - dK/dq + dU/dq + dW/dqd - Q, per coordinate, of the totals."""
+    kinetic, potential, dissipated = totals(items)
+    left = []
+    for c in axes:
+        momentum = sp.diff(kinetic, c.qd)
+        terms = _time_derivative(momentum, axes) - sp.diff(kinetic, c.q) + sp.diff(potential, c.q)
+        work = sum((sp.diff(i.port.v, c.qd) * i.effect.force(i.port, i.values) for i in items), sp.Integer(0))
+        left.append(absorb(terms + sp.diff(dissipated, c.qd) - work))
+    return tuple(left)
+
+
+def totals(items: Sequence[Attachment]) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """Kinetic energy K, potential energy U and Rayleigh function W of the effects (seed eq. 11-13)."""
+    kinetic = sum((i.effect.kinetic_energy(i.port, i.values) for i in items), sp.Integer(0))
+    potential = sum((i.effect.potential_energy(i.port, i.values) for i in items), sp.Integer(0))
+    dissipated = sum((i.effect.dissipation(i.port, i.values) for i in items), sp.Integer(0))
+    return kinetic, potential, dissipated
+
+
+def _time_derivative(momentum: sp.Expr, axes: Sequence[Coordinate]) -> sp.Expr:
+    return sum(
+        (sp.diff(momentum, c.qd) * c.qdd + sp.diff(momentum, c.q) * c.qd for c in axes),
+        sp.Integer(0),
+    )

@@ -1,0 +1,21 @@
+"""Numbers of a robot as SymPy expressions in its parameter symbols."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from symdyn.base import symbols
+from symdyn.spec.records import Monomial
+
+
+def expression(monomial: Monomial) -> sp.Expr:
+    """``coefficient * product(parameter ** power)``."""
+    return sp.Mul(
+        symbols.number(monomial.coefficient),
+        *(symbols.parameter(name) ** power for name, power in monomial.factors),
+    )
+
+
+def angle_expression(monomial: Monomial) -> sp.Expr:
+    """The same for an angle: plain numbers become exact multiples of pi where they are."""
+    return expression(monomial) if monomial.factors else symbols.angle(monomial.coefficient)

@@ -1,0 +1,39 @@
+"""Steps of a derivation: each intermediate, its expression and the law that it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """``symbol = expression``; ``origin`` says which link and which law ("link 2: angular velocity")."""
+
+    symbol: sp.Symbol
+    expression: sp.Expr
+    origin: str = ""
+
+
+class Steps:
+    """Collects the steps of one derivation in order; naming what is not already a number or a symbol."""
+
+    def __init__(self) -> None:
+        self._steps: list[Step] = []
+
+    def name(self, name: str, expression: sp.Expr, origin: str) -> sp.Expr:
+        """The symbol ``name`` for an expression; numbers, symbols and their negatives stay themselves."""
+        if expression.is_Atom or (-expression).is_Atom:
+            return expression
+        symbol = sp.Symbol(name, real=True)
+        self._steps.append(Step(symbol, expression, origin))
+        return symbol
+
+    def vector(self, name: str, vector: sp.Matrix, origin: str) -> sp.Matrix:
+        """(3, 1): the vector with its entries named ``name_x``, ``name_y``, ``name_z``."""
+        entries = zip("xyz", vector, strict=True)
+        return sp.Matrix([self.name(f"{name}_{axis}", entry, origin) for axis, entry in entries])
+
+    def freeze(self) -> tuple[Step, ...]:
+        return tuple(self._steps)

@@ -1,0 +1,1 @@
+"""Emission: programs and equations become source text; the only layer that uses templates."""

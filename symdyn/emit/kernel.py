@@ -1,0 +1,112 @@
+"""Kernel: compiled functions and their name tables; the one thing that crosses from symbols to numbers."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from symdyn.base.files import write_atomically
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """A loaded kernel module. Functions compile when they are first called."""
+
+    module: ModuleType
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        return getattr(self.module, name)  # type: ignore[no-any-return]
+
+    def has(self, function: str) -> bool:
+        return hasattr(self.module, function)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        return tuple(self.module.COORDINATES)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        return tuple(self.module.STATES)
+
+    @property
+    def state_units(self) -> tuple[str, ...]:
+        return tuple(self.module.STATE_UNITS)
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return tuple(self.module.INPUTS)
+
+    @property
+    def input_units(self) -> tuple[str, ...]:
+        return tuple(self.module.INPUT_UNITS)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        return tuple(self.module.OUTPUTS)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(self.module.PARAMETERS)
+
+    @property
+    def parameter_units(self) -> tuple[str, ...]:
+        return tuple(self.module.PARAMETER_UNITS)
+
+    @property
+    def values(self) -> Array:
+        """Parameter values (a copy); nan where a parameter is left free."""
+        return np.array(self.module.PARAMETER_VALUES)
+
+
+def load(path: Path) -> Kernel:
+    """Load a kernel module from a file; its name in ``sys.modules`` is made of its path."""
+    name = f"symdyn_kernel_{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"cannot load {path}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # Numba's cache looks the module up
+    spec.loader.exec_module(module)
+    return Kernel(module)
+
+
+def load_source(text: str) -> Kernel:
+    """Load a kernel from its source, through a private cache keyed by content.
+
+    The compiled functions that Numba stores beside it are pickles: the folder belongs to the user
+    alone (mode 0700, owner checked), never the working directory and never a shared one.
+    """
+    key = hashlib.sha256(text.encode()).hexdigest()[:24]
+    folder = _private(cache_root()) / key
+    path = folder / "kernel.py"
+    if not path.exists():
+        folder.mkdir(mode=0o700, exist_ok=True)
+        write_atomically(path, text)
+    return load(path)
+
+
+def cache_root() -> Path:
+    """Where kernels of users' robots live; SYMDYN_CACHE names another place."""
+    named = os.environ.get("SYMDYN_CACHE")
+    return Path(named) if named else Path(platformdirs.user_cache_dir("symdyn")) / "kernels"
+
+
+def _private(folder: Path) -> Path:
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    status = folder.stat()
+    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
+        raise PermissionError(f"{folder} can be written by others; name a private folder with SYMDYN_CACHE")
+    return folder

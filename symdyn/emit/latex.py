@@ -1,0 +1,230 @@
+"""Equations of motion as LaTeX for people: amsmath, long ones split, every term traceable."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symdyn.derive.equations import EquationsOfMotion
+from symdyn.derive.lagrange import LagrangeCoefficients, lagrange_coefficients, readable
+from symdyn.emit.latex_names import Printer
+from symdyn.emit.templates import render
+
+LINE_WIDTH = 70  # estimated characters of a typeset line; A4 holds about 85
+READABLE_JOINTS = 3  # beyond this, Lagrange in closed form is no longer for people
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """One displayed equation, ``left = right``, as lists of signed LaTeX terms."""
+
+    title: str
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+
+    def latex(self, environment: str = "align*") -> str:
+        return f"\\begin{{{environment}}}\n{self.lines()}\n\\end{{{environment}}}"
+
+    def lines(self) -> str:
+        """Lines for amsmath's align or aligned, broken before a sign."""
+        rows = [("", row) for row in _rows(self.left)]
+        after = _rows(self.right) or ["0"]
+        rows += [("= ", after[0])] + [("", row) for row in after[1:]]
+        head, *tail = rows
+        lines = [f"  & {head[1]}"]
+        lines += [f"  & {mark}{row}" if mark else f"  & \\quad {row}" for mark, row in tail]
+        if len(rows) == 2 and _width(rows[0][1]) + _width(rows[1][1]) <= LINE_WIDTH:
+            return f"  {rows[0][1]} &= {rows[1][1]}"
+        return " \\\\\n".join(lines)
+
+
+def equations_of_motion(equations: EquationsOfMotion) -> tuple[Equation, ...]:
+    """One equation per coordinate, then one per hidden state.
+
+    Up to three joints the arm stands in Lagrange's textbook form; larger arms refer to their
+    intermediates, which the kernel names.
+    """
+    printer = Printer(equations)
+    found = [Equation(place, _signed(printer, left), _signed(printer, right)) for place, left, right in sides(equations)]
+    count = len(equations.states)
+    for i, state in enumerate(equations.states, start=len(found) - count):
+        left = (rf"{printer(state.storage)} \, \dot{{{printer(state.symbol)}}}",)
+        found[i] = Equation(state.name, left, found[i].right)
+    return tuple(found)
+
+
+def sides(equations: EquationsOfMotion) -> list[tuple[str, list[sp.Expr], list[sp.Expr]]]:
+    """(place, left terms, right terms) of every equation: inertia, velocity terms and gravity = forces."""
+    arm = _arm_terms(equations)
+    found = []
+    for k, axis in enumerate(equations.axes):
+        left = [*arm[k], *_inertial_terms(equations, k)]
+        right = [term for c in equations.contributions for term in sp.Add.make_args(c.applied[k])]
+        right += [c.actuation[k] for c in equations.contributions]
+        right += [i.force[k] for i in equations.inputs]
+        found.append((axis.address, left, right))
+    for state in equations.states:
+        rate = sp.Symbol(f"{state.symbol}_dot", real=True)
+        found.append((state.name, [state.storage * rate], list(sp.Add.make_args(state.rate))))
+    return found
+
+
+def coefficients(equations: EquationsOfMotion) -> tuple[Equation, ...]:
+    """The non-zero B_ij, C_ijk and D_i of the arm (seed eq. 9), simplified."""
+    if len(equations.robot.joints) > READABLE_JOINTS:
+        return ()
+    printer = Printer(equations)
+    found = []
+    lagrange = _lagrange(equations)
+    numbers = range(1, len(lagrange.axes) + 1)
+    for i in numbers:
+        for j in numbers:
+            if j >= i and lagrange.B[i - 1, j - 1] != 0:
+                found.append(_coefficient(printer, f"B_{{{i}{j}}}", lagrange.B[i - 1, j - 1]))
+    for i in numbers:
+        for j in numbers:
+            for k in numbers:
+                if k >= j and lagrange.C[i - 1][j - 1, k - 1] != 0:
+                    found.append(_coefficient(printer, f"C_{{{i}{j}{k}}}", lagrange.C[i - 1][j - 1, k - 1]))
+    for i in numbers:
+        if lagrange.D[i - 1] != 0:
+            found.append(_coefficient(printer, f"D_{{{i}}}", lagrange.D[i - 1]))
+    return tuple(found)
+
+
+def document(equations: EquationsOfMotion) -> str:
+    """A complete LaTeX document: coordinates, parameters, equations, coefficients of the arm."""
+    robot = equations.robot
+    displayed = "\n\n".join(
+        f"\\paragraph{{{escape(e.title)}}}\n{e.latex()}" for e in equations_of_motion(equations)
+    )
+    of_arm = "\n\n".join(e.latex() for e in coefficients(equations)) or "None: see the kernel for its intermediates."
+    rows = [
+        f"${p.latex}$ & {'free' if p.value is None else _number(p.value)} & {escape(p.unit)} & {escape(p.meaning)} \\\\"
+        for p in robot.parameters
+    ]
+    axes = [
+        f"$q_{{{i}}}$ & {escape(axis.address)} & {escape(axis.unit)} \\\\" for i, axis in enumerate(equations.axes, 1)
+    ]
+    return render(
+        "latex/equations.tex.j2",
+        {
+            "title": escape(robot.name),
+            "description": escape(robot.description),
+            "coordinates": "\n".join(axes),
+            "parameters": "\n".join(rows) or "& & & \\\\",
+            "equations": displayed,
+            "coefficients": of_arm,
+        },
+    )
+
+
+ESCAPES = {
+    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "_": r"\_", "^": r"\^{}", "&": r"\&",
+    "%": r"\%", "$": r"\$", "#": r"\#", "~": r"\~{}",
+}  # fmt: skip
+
+
+def escape(text: str) -> str:
+    """Text of a user made harmless in LaTeX."""
+    return "".join(ESCAPES.get(c, c if c.isascii() else "?") for c in text)
+
+
+def _lagrange(equations: EquationsOfMotion) -> LagrangeCoefficients:
+    return lagrange_coefficients(equations.robot).simplified()
+
+
+def _arm_terms(equations: EquationsOfMotion) -> list[list[sp.Expr]]:
+    """Per coordinate, the arm's terms: B qdd, C qd qd, D in turn."""
+    if len(equations.robot.joints) > READABLE_JOINTS:
+        return [
+            [sp.Function(f"\\tau^{{arm}}_{{{k}}}")(*(a.q for a in equations.axes))] if term != 0 else []
+            for k, term in enumerate(equations.arm, start=1)
+        ]
+    lagrange = _lagrange(equations)
+    by_address = {axis.address: i for i, axis in enumerate(lagrange.axes)}
+    found: list[list[sp.Expr]] = []
+    for axis in equations.axes:
+        i = by_address.get(axis.address)
+        if i is None:
+            found.append([])
+            continue
+        terms = [lagrange.B[i, j] * other.qdd for j, other in enumerate(lagrange.axes)]
+        for j, first in enumerate(lagrange.axes):
+            for k, second in enumerate(lagrange.axes[j:], start=j):
+                count = 1 if k == j else 2
+                terms.append(readable(count * lagrange.C[i][j, k]) * first.qd * second.qd)
+        found.append([*terms, *sp.Add.make_args(lagrange.D[i])])
+    return found
+
+
+def _inertial_terms(equations: EquationsOfMotion, k: int) -> list[sp.Expr]:
+    return [term for c in equations.contributions for term in sp.Add.make_args(c.inertial[k])]
+
+
+def _coefficient(printer: Printer, name: str, value: sp.Expr) -> Equation:
+    return Equation(name, (name,), _signed(printer, _ordered(value)))
+
+
+def _ordered(value: sp.Expr) -> Sequence[sp.Expr]:
+    return value.as_ordered_terms() if value.is_Add else (value,)
+
+
+def _signed(printer: Printer, terms: Iterable[sp.Expr]) -> tuple[str, ...]:
+    """LaTeX terms with explicit signs: '+ a', '- b'."""
+    found = []
+    for term in terms:
+        if term == 0:
+            continue
+        text = printer(term)
+        found.append(text if text.lstrip().startswith("-") else f"+ {text}")
+    return tuple(found)
+
+
+def _rows(terms: Sequence[str]) -> list[str]:
+    rows: list[str] = []
+    for term in terms:
+        for piece in _pieces(term):
+            if rows and _width(rows[-1]) + _width(piece) <= LINE_WIDTH:
+                rows[-1] += f" {piece}"
+            else:
+                rows.append(piece)
+    if rows:
+        rows[0] = rows[0].removeprefix("+ ")
+    return rows
+
+
+def _pieces(term: str) -> list[str]:
+    r"""A term that is wider than a line is broken inside its brackets: \left( ... \right) cannot be."""
+    if _width(term) <= LINE_WIDTH:
+        return [term]
+    flat = term.replace(r"\left(", r"\bigl(").replace(r"\right)", r"\bigr)")
+    pieces, depth, start, position = [], 0, 0, 0
+    while position < len(flat):
+        character = flat[position]
+        depth += (character == "{") - (character == "}")
+        if depth == 0 and flat.startswith((" + ", " - "), position) and _width(flat[start:position]) > LINE_WIDTH // 2:
+            pieces.append(flat[start:position].strip())
+            start = position + 1
+        position += 1
+    return [*pieces, flat[start:].strip()]
+
+
+def _width(text: str) -> int:
+    """Characters that remain when LaTeX's commands are taken away; fractions count their wider half."""
+    text = re.sub(r"\\frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", _wider, text)
+    text = re.sub(r"\\(left|right|bigl|bigr|,|;|quad|dot|ddot|operatorname|mathrm|text|displaystyle)", "", text)
+    text = re.sub(r"\\[a-zA-Z]+", "sin", text)
+    return len(re.sub(r"[{}_^ ]", "", text))
+
+
+def _wider(match: re.Match[str]) -> str:
+    return max(match.group(1), match.group(2), key=len)
+
+
+def _number(value: float) -> str:
+    mantissa, _, exponent = f"{value:.6g}".partition("e")
+    return f"${mantissa}$" if not exponent else rf"${mantissa} \cdot 10^{{{int(exponent)}}}$"

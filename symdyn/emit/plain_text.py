@@ -1,0 +1,59 @@
+"""Equations as plain text for a terminal: one line per term, named intermediates on demand."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from symdyn.derive.equations import EquationsOfMotion
+from symdyn.emit import latex
+from symdyn.physics import catalogue
+
+
+class _Text:
+    """Prints expressions with parameters under their own names."""
+
+    def __init__(self, equations: EquationsOfMotion) -> None:
+        self._names = {s: sp.Symbol(p.name) for s, p in zip(equations.parameters, equations.robot.parameters, strict=True)}
+
+    def __call__(self, expression: sp.Expr) -> str:
+        return str(sp.sstr(sp.sympify(expression).xreplace(self._names)))
+
+
+def equations(of: EquationsOfMotion) -> list[tuple[str, str]]:
+    """(place, "left = right") of every coordinate and hidden state."""
+    text = _Text(of)
+    return [
+        (place, f"{_sum(text, left)} = {_sum(text, right)}") for place, left, right in latex.sides(of)
+    ]
+
+
+def steps(of: EquationsOfMotion) -> list[tuple[str, str, str]]:
+    """(symbol, expression, origin) of the Newton-Euler intermediates and of the effects."""
+    text = _Text(of)
+    found, _ = of.required()
+    return [(str(s.symbol), text(s.expression), s.origin) for s in found]
+
+
+def catalogue_rows() -> list[dict[str, object]]:
+    """What people need to know of every effect."""
+    rows: list[dict[str, object]] = []
+    for effect in catalogue().values():
+        rows.append(
+            {
+                "effect": effect.identifier,
+                "title": effect.title,
+                "at": sorted(str(kind) for kind in effect.attaches_to),
+                "parameters": {p.name: {str(m): unit for m, unit in p.units.items()} for p in effect.parameters},
+                "signature": effect.signature,
+                "rivals": list(effect.rivals),
+                "source": effect.source,
+            }
+        )
+    return rows
+
+
+def _sum(text: _Text, terms: list[sp.Expr]) -> str:
+    shown = [text(term) for term in terms if term != 0]
+    if not shown:
+        return "0"
+    return shown[0] + "".join(f" - {t[1:]}" if t.startswith("-") else f" + {t}" for t in shown[1:])

@@ -1,0 +1,169 @@
+"""The ``symdyn`` command: arguments, exit codes, nothing else; imports stay lazy so that --help is quick."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from symdyn import __version__
+
+app = typer.Typer(
+    name="symdyn",
+    help="Symbolic robot dynamics with drives, fast kernels, and a diagnosis of what a model lacks.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Model = Annotated[str, typer.Argument(help="A robot.toml, or the name of a bundled machine (see `symdyn check`).")]
+Json = Annotated[bool, typer.Option("--json", help="Print the facts as JSON on stdout.")]
+Map = Annotated[
+    Path | None,
+    typer.Option("--map", help="Channel map (TOML with a [recording] table); default: FILE.toml beside the recording, else the model's own."),
+]  # fmt: skip
+Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"symdyn {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
+) -> None:
+    pass  # --debug is read by main()
+
+
+@app.command()
+def check(
+    model: Annotated[str | None, typer.Argument(help="A robot.toml or a bundled machine; none: list the machines.")] = None,
+    recording: Annotated[list[Path] | None, typer.Argument(help="Recordings to check with it.")] = None,
+    channel_map: Map = None,
+    json: Json = False,
+) -> None:
+    """Read a model (and recordings) and say what is in it, or what is wrong with it."""
+    from symdyn.faces import model_commands
+
+    model_commands.check(model, recording or [], channel_map, json)
+
+
+@app.command()
+def derive(model: Model, steps: Annotated[bool, typer.Option("--steps", help="Show the Newton-Euler intermediates.")] = False, json: Json = False) -> None:
+    """Derive the equations of motion and print them for reading."""
+    from symdyn.faces import model_commands
+
+    model_commands.derive(model, steps, json)
+
+
+@app.command()
+def generate(
+    models: Annotated[list[str] | None, typer.Argument(help="Robots to generate.")] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; a folder per robot is made in it.")] = Path("generated"),
+    everything: Annotated[bool, typer.Option("--all", help="All bundled machines.")] = False,
+    json: Json = False,
+) -> None:
+    """Write kernel.py, equations.tex and manifest.json for each robot."""
+    from symdyn.faces import model_commands
+
+    model_commands.generate(models or [], out, everything, json)
+
+
+@app.command()
+def latex(model: Model, out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; default: stdout.")] = None) -> None:
+    """Print the equations as a LaTeX document."""
+    from symdyn.faces import model_commands
+
+    model_commands.latex(model, out)
+
+
+@app.command()
+def effects(json: Json = False) -> None:
+    """List the catalogue of physical effects."""
+    from symdyn.faces import model_commands
+
+    model_commands.effects(json)
+
+
+@app.command()
+def simulate(
+    model: Model,
+    duration: Annotated[float, typer.Option("--duration", "-t", help="Seconds.")] = 1.0,
+    step: Annotated[float, typer.Option("--step", help="Seconds between the rows of the result.")] = 1e-3,
+    input: Annotated[list[str] | None, typer.Option("--input", "-u", help="NAME=VALUE holds an input (V, A, N m or N); repeatable.")] = None,
+    start: Annotated[list[str] | None, typer.Option("--start", "-x", help="NAME=VALUE sets a state at t = 0; repeatable.")] = None,
+    smoothing: Annotated[float, typer.Option("--smoothing", help="Width over which jumps (friction, contact) are smoothed, in SI units.")] = 1e-3,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="CSV file to write; default: stdout.")] = None,
+    json: Json = False,
+) -> None:
+    """Simulate the full drive model under constant inputs; writes a CSV with named, unit-bearing columns."""
+    from symdyn.faces import simulate_command
+
+    simulate_command.run(model, duration, step, input or [], start or [], smoothing, out, json)
+
+
+@app.command()
+def identify(model: Model, recording: Path, channel_map: Map = None, band: Band = None, json: Json = False) -> None:
+    """Fit the parameters of the model as it is to a recording."""
+    from symdyn.faces import recording_commands
+
+    recording_commands.identify(model, recording, channel_map, band, json)
+
+
+@app.command()
+def diagnose(
+    model: Model,
+    recording: Path,
+    holdout: Annotated[Path, typer.Option("--holdout", help="Another recording of the same machine: it judges, nothing is fitted to it.")],
+    channel_map: Map = None,
+    band: Band = None,
+    report: Annotated[Path | None, typer.Option("--report", help="Write the HTML report here.")] = None,
+    model_out: Annotated[Path | None, typer.Option("--model-out", help="Write the diagnosed robot.toml here.")] = None,
+    generate: Annotated[Path | None, typer.Option("--generate", help="Write the kernel of the diagnosed robot into this folder.")] = None,
+    json: Json = False,
+) -> None:
+    """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
+    from symdyn.faces import recording_commands
+
+    code = recording_commands.diagnose(model, recording, holdout, channel_map, band, report, model_out, generate, json)
+    if code:
+        raise typer.Exit(code)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report and the diagnosed model.")] = Path("out/demo"),
+    json: Json = False,
+) -> None:
+    """Diagnose the recording that ships with symdyn: an arm in which one effect is concealed."""
+    from symdyn.faces import recording_commands
+
+    recording_commands.demo(out, json)
+
+
+def main() -> None:
+    """Entry point: known errors become messages and exit codes 2, 3, 4; tracebacks only with --debug."""
+    from symdyn.base.errors import SymdynError
+
+    debug = "--debug" in sys.argv[1:]
+    try:
+        app()
+    except SymdynError as error:
+        if debug:
+            raise
+        from symdyn.faces.console import print_error
+
+        print_error(error)
+        sys.exit(error.exit_code)
+    except OSError as error:
+        if debug:
+            raise
+        typer.echo(f"error: {error.strerror or error}: {error.filename or ''}".rstrip(": "), err=True)
+        sys.exit(2)

@@ -1,0 +1,130 @@
+"""The commands that work on models: check, derive, generate, latex, effects."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from symdyn import compiler
+from symdyn.base.errors import Problem, UsageError
+from symdyn.base.files import write_atomically
+from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
+from symdyn.faces.recordings import open_recording
+from symdyn.spec.machines import machine_file, machine_names
+from symdyn.spec.places import places
+
+
+def check(model: str | None, recordings: list[Path], channel_map: Path | None, json: bool) -> None:
+    if model is None:
+        _list_machines(json)
+        return
+    robot, warnings = compiler.load_with_warnings(model)
+    print_warnings(warnings)
+    read = [open_recording(path, robot, channel_map) for path in recordings]
+    for recording in read:
+        print_warnings(recording.warnings)
+    if json:
+        print_json(
+            {
+                "robot": robot.name,
+                "joints": [joint.name for joint in robot.joints],
+                "places": [place.address for place in places(robot)],
+                "effects": [{"type": e.type, "at": e.at} for e in robot.effects],
+                "parameters": {p.name: {"value": p.value, "unit": p.unit} for p in robot.parameters},
+                "warnings": [str(w) for w in (*warnings, *(w for r in read for w in r.warnings))],
+                "recordings": [
+                    {"name": r.name, "samples": len(r.time), "sample_time": r.sample_time, "segments": len(r.segments)}
+                    for r in read
+                ],
+            }
+        )
+        return
+    out.print(f"{robot.name}: {robot.description}", markup=False)
+    kinds = ", ".join(f"{joint.name} ({joint.kind})" for joint in robot.joints)
+    out.print(f"joints: {kinds}", markup=False)
+    out.print(f"places for effects: {', '.join(place.address for place in places(robot))}", markup=False)
+    rows = [(p.name, "free" if p.value is None else f"{p.value:.6g}", p.unit, p.meaning) for p in robot.parameters]
+    print_table("", ("parameter", "value", "unit", "meaning"), rows)
+    for recording in read:
+        length = recording.time[-1] - recording.time[0]
+        out.print(
+            f"{recording.name}: {len(recording.time)} samples, {length:.6g} s at {1 / recording.sample_time:.6g} Hz, "
+            f"{len(recording.segments)} segment(s)",
+            markup=False,
+        )
+
+
+def derive(model: str, steps: bool, json: bool) -> None:
+    from symdyn.derive.equations import equations_of_motion
+    from symdyn.emit import plain_text
+
+    equations = equations_of_motion(compiler.load_robot(model))
+    shown = plain_text.equations(equations)
+    named = plain_text.steps(equations) if steps else []
+    if json:
+        print_json(
+            {
+                "coordinates": [{"name": str(a.q), "place": a.address, "unit": a.unit} for a in equations.axes],
+                "equations": dict(shown),
+                "steps": [{"symbol": s, "expression": e, "origin": o} for s, e, o in named],
+            }
+        )
+        return
+    for axis in equations.axes:
+        out.print(f"{axis.q}: {axis.address} [{axis.unit}]", markup=False)
+    for place, text in shown:
+        out.print(f"\n{place}:\n  {text}", markup=False)
+    for symbol, expression, origin in named:
+        out.print(f"{symbol} = {expression}    # {origin}", markup=False)
+
+
+def generate(models: list[str], folder: Path, everything: bool, json: bool) -> None:
+    if everything == bool(models):
+        raise UsageError(Problem("SD011", "name the robots to generate, or give --all for the bundled machines"))
+    wanted = list(machine_names()) if everything else models
+    robots = [compiler.load_robot(model) for model in wanted]
+    written: dict[str, list[str]] = {}
+    with status(json) as progress:
+        for robot in robots:
+            progress(f"generating {robot.name}")
+            paths = compiler.generate(robot, folder / robot.name.replace("-", "_"))
+            written[robot.name] = [str(path) for path in paths]
+    if json:
+        print_json(written)
+        return
+    for name, files in written.items():
+        out.print(f"{name}: {', '.join(files)}", markup=False)
+
+
+def latex(model: str, path: Path | None) -> None:
+    from symdyn.derive.equations import equations_of_motion
+    from symdyn.emit.latex import document
+
+    text = document(equations_of_motion(compiler.load_robot(model)))
+    if path is None:
+        sys.stdout.write(text)
+        return
+    write_atomically(path, text)
+    err.print(f"written: {path}", markup=False)
+
+
+def effects(json: bool) -> None:
+    from symdyn.emit.plain_text import catalogue_rows
+
+    rows = catalogue_rows()
+    if json:
+        print_json(rows)
+        return
+    shown = [
+        (str(r["effect"]), ", ".join(r["at"]), ", ".join(r["parameters"]), str(r["signature"]))  # type: ignore[arg-type, call-overload]
+        for r in rows
+    ]
+    print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown)
+
+
+def _list_machines(json: bool) -> None:
+    robots = [compiler.load_robot(machine_file(name)) for name in machine_names()]
+    if json:
+        print_json([{"name": r.name, "description": r.description} for r in robots])
+        return
+    print_table("bundled machines", ("name", "description"), [(r.name, r.description) for r in robots])

@@ -1,0 +1,110 @@
+"""The commands that work on recordings: identify, diagnose, demo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from symdyn import compiler
+from symdyn.base.errors import UsageError, Problem
+from symdyn.base.files import write_atomically
+from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
+from symdyn.faces.recordings import open_recording
+from symdyn.faces.words import percent, quantity_text, verdict_sentence
+from symdyn.numeric.findings import Diagnosis, Verdict
+
+DEMO = Path(__file__).parent.parent / "demo"
+
+
+def identify(model: str, recording: Path, channel_map: Path | None, band: float | None, json: bool) -> None:
+    from symdyn.numeric.identify import identify as run
+
+    robot = compiler.load_robot(model)
+    data = open_recording(recording, robot, channel_map)
+    print_warnings(data.warnings)
+    with status(json) as progress:
+        result = run(robot, data, band=band, progress=progress)
+    if json:
+        print_json(result.to_json())
+        return
+    rows = [(name, quantity_text(estimate)) for name, estimate in result.parameters.items()]
+    print_table(f"{robot.name} fitted to {data.name}", ("parameter", "value"), rows)
+    out.print(f"relative effort error {percent(result.error)} below {result.band:.3g} Hz")
+
+
+def diagnose(
+    model: str,
+    recording: Path,
+    holdout: Path,
+    channel_map: Path | None,
+    band: float | None,
+    report: Path | None,
+    model_out: Path | None,
+    generate: Path | None,
+    json: bool,
+) -> int:
+    """Returns the exit code: 1 when something is left that no known effect explains."""
+    from symdyn.numeric.diagnose import diagnose as run
+
+    if recording.resolve() == holdout.resolve():
+        raise UsageError(Problem("SD010", "the held-out recording must not be the one that is fitted"))
+    robot = compiler.load_robot(model)
+    training, judge = (open_recording(path, robot, channel_map) for path in (recording, holdout))
+    print_warnings((*training.warnings, *judge.warnings))
+    with status(json) as progress:
+        result = run(robot, training, judge, band=band, progress=progress)
+    if model_out is not None:
+        write_atomically(model_out, result.diagnosed.text)
+    if generate is not None:
+        compiler.generate(result.diagnosed, generate)
+    if report is not None:
+        from symdyn.faces.report import write_report
+
+        write_report(result, report)
+    if json:
+        print_json(result.to_json())
+    else:
+        show(result)
+    for what, path in (("report", report), ("diagnosed model", model_out), ("kernel", generate)):
+        if path is not None:
+            err.print(f"{what}: {path}", markup=False)
+    return 1 if result.verdict is Verdict.UNEXPLAINED else 0
+
+
+def demo(folder: Path, json: bool) -> None:
+    diagnose(
+        str(DEMO / "two-link.toml"),
+        DEMO / "identification.csv.gz",
+        DEMO / "holdout.csv.gz",
+        None,
+        None,
+        folder / "report.html",
+        folder / "robot.toml",
+        folder / "kernel",
+        json,
+    )
+
+
+def show(result: Diagnosis) -> None:
+    """The diagnosis in words and one table."""
+    out.print(verdict_sentence(result), style="bold", markup=False)
+    rows = [
+        ("", "model as given, fitted", "", percent(result.before.heldout)),
+        *(
+            (
+                f.place,
+                f.title,
+                "\n".join(f"{name} = {quantity_text(e)}" for name, e in f.parameters.items()),
+                percent(f.heldout_after),
+            )
+            for f in result.findings
+        ),
+    ]
+    print_table("", ("where", "what", "with", "held-out error"), rows)
+    for finding in result.findings:
+        for rival in finding.rivals:
+            out.print(f"cannot tell {finding.title} at {finding.place} from {rival.effect} at {rival.place}", markup=False)
+    left = result.remaining
+    shape = f", {percent(left.share)} of its power follows the {left.variable}" if left.variable else ""
+    out.print(f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False)
+    for alarm in result.alarms:
+        out.print(f"note: {alarm}", markup=False)

@@ -1,0 +1,163 @@
+"""The report's tables and paragraphs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from symdyn import __version__
+from symdyn.faces.mathml import mathml
+from symdyn.faces.report.html import LINE, bullets, facts, paragraph, quiet, table, typeset
+from symdyn.faces.words import effect_title, percent, plain_number, probability, quantity_text
+from symdyn.numeric.findings import Diagnosis, Errors, Finding
+from symdyn.numeric.fitting import relative_error
+from symdyn.spec.records import Parameter, Robot
+
+
+def headline(diagnosis: Diagnosis) -> Markup:
+    """The held-out error, large; both numbers only where something was found."""
+    after = Markup('<b class="to">{}</b> ').format(percent(diagnosis.after.heldout))
+    if not diagnosis.findings:
+        return after + Markup('<span class="label">held-out error of the model, refitted</span>')
+    before = Markup('<b class="from">{}</b> <span class="arrow">→</span> ').format(percent(diagnosis.before.heldout))
+    return before + after + Markup('<span class="label">held-out error, model as given → diagnosed</span>')
+
+
+def findings_table(diagnosis: Diagnosis) -> Markup:
+    """One row per finding, in the order in which they were made."""
+    if not diagnosis.findings:
+        return paragraph("No known effect lowers the held-out error by more than chance and by enough to matter.")
+    head = ("Step", "Where", "What was missing", "Parameters", "Held-out error", "Rivals")
+    rows = [
+        (
+            str(step),
+            finding.place,
+            Markup('<span class="what">{}</span>').format(finding.title),
+            _parameters(finding, _symbols(finding, diagnosis.diagnosed)),
+            Markup('<span class="line">{} → {}</span><br>{}').format(
+                percent(finding.heldout_before),
+                percent(finding.heldout_after),
+                quiet(probability(finding.p_value)),
+            ),
+            _rivals(finding),
+        )
+        for step, finding in enumerate(diagnosis.findings, start=1)
+    ]
+    return table(head, rows)
+
+
+def joints_table(diagnosis: Diagnosis) -> Markup:
+    """Relative errors per joint. Before: from the traces; after: as diagnosed."""
+    traces = diagnosis.traces
+    column = {joint: j for j, joint in enumerate(traces.joints)}
+    rows = []
+    for joint, errors in diagnosis.per_joint.items():
+        j = [column[joint]]
+        before = relative_error(traces.effort[:, j] - traces.before[:, j], traces.effort[:, j])
+        rows.append((joint, percent(before), percent(errors.heldout), percent(errors.training)))
+    rows.append(_total(diagnosis.before, diagnosis.after))
+    return table(("Joint", "Held out, before", "Held out, after", "Training, after"), rows)
+
+
+def remaining_text(diagnosis: Diagnosis) -> Markup:
+    """What is left: how much, whether it is structured, what it follows."""
+    left = diagnosis.remaining
+    sentences = [f"On the held-out recording {percent(left.heldout)} of the effort stays unexplained."]
+    follows = f"the {left.variable}" if left.variable else "the motion"
+    if left.structured:
+        sentences.append(
+            f"It is structured: {percent(left.share)} of its power follows {follows} ({probability(left.p_value)}). "
+            "Look there for physics that symdyn does not know."
+        )
+    elif left.share > 0.0:
+        sentences.append(
+            f"It is close to noise: only {percent(left.share)} of its power follows {follows} "
+            f"({probability(left.p_value)})."
+        )
+    else:
+        sentences.append("It looks like noise: none of it follows the position, speed or acceleration of a joint.")
+    return paragraph(" ".join(sentences))
+
+
+def model_table(diagnosis: Diagnosis) -> Markup:
+    """The model's own parameters, as given and as fitted together with the findings."""
+    if not diagnosis.model:
+        return paragraph("The model has no parameters of its own that these recordings could move.")
+    known = {p.name: p for p in diagnosis.robot.parameters}
+    rows = []
+    for name, estimate in diagnosis.model.items():
+        given = known.get(name)
+        fitted = typeset(quantity_text(estimate))
+        if estimate.se is None:
+            fitted += LINE + quiet("not identifiable alone")
+        rows.append((_symbol(given, name), name, _as_given(given), fitted, given.meaning if given else ""))
+    return table(("Symbol", "Name", "As given", "Fitted", "Meaning"), rows)
+
+
+def alarms_list(diagnosis: Diagnosis) -> Markup:
+    return bullets(diagnosis.alarms) if diagnosis.alarms else paragraph("None.")
+
+
+def provenance(diagnosis: Diagnosis) -> Markup:
+    """What the numbers come from."""
+    robot = diagnosis.robot
+    joints = len(robot.joints)
+    band = f"0 to {plain_number(diagnosis.band)} Hz" if diagnosis.band > 0 else "all frequencies"
+    return facts(
+        [
+            ("Robot", f"{robot.name}: {robot.description}" if robot.description else robot.name),
+            ("Joints", f"{joints}: {', '.join(joint.name for joint in robot.joints)}"),
+            ("Training recording", f"{diagnosis.training}: effects were chosen and fitted on it"),
+            ("Held-out recording", f"{diagnosis.heldout}: nothing was fitted to it, it judged each effect"),
+            ("Analysis band", f"{band}, where the mismatch lives; model and recording pass the same filter"),
+            ("Error", "size of the residual over that of the measured effort, root mean square over the joints"),
+            ("Errors after", "computed by the kernel generated anew from the diagnosed robot.toml below"),
+            ("Made by", f"symdyn {__version__}"),
+        ]
+    )
+
+
+def _parameters(finding: Finding, shown: Mapping[str, Parameter]) -> Markup:
+    lines = []
+    for name, estimate in finding.parameters.items():
+        value = typeset(quantity_text(estimate))
+        note = Markup(" ") + quiet(name.replace("_", " "))
+        symbol = mathml(shown[name].latex) + " = " if name in shown else Markup("")
+        lines.append(Markup('<span class="line">{}{}{}</span>').format(symbol, value, note))
+    return LINE.join(lines)
+
+
+def _symbols(finding: Finding, diagnosed: Robot) -> dict[str, Parameter]:
+    """The finding's parameters as the diagnosed model knows them, by the names of the effect's declaration."""
+    by_name = {p.name: p for p in diagnosed.parameters}
+    return {
+        name: by_name[value.factors[0][0]]
+        for effect in diagnosed.effects
+        if (effect.type, effect.at) == (finding.effect, finding.place)
+        for name, value in effect.values
+        if len(value.factors) == 1 and value.factors[0][1] == 1 and value.coefficient == 1
+    }
+
+
+def _rivals(finding: Finding) -> Markup:
+    if not finding.rivals:
+        return quiet("none")
+    return LINE.join(
+        Markup("{} at {} {}").format(effect_title(r.effect), r.place, quiet(probability(r.p_value)))
+        for r in finding.rivals
+    )
+
+
+def _total(before: Errors, after: Errors) -> tuple[str, str, str, str]:
+    return ("all", percent(before.heldout), percent(after.heldout), percent(after.training))
+
+
+def _symbol(parameter: Parameter | None, name: str) -> Markup:
+    return mathml(parameter.latex) if parameter is not None else Markup("{}").format(name)
+
+
+def _as_given(parameter: Parameter | None) -> Markup:
+    if parameter is None or parameter.value is None:
+        return quiet("free")
+    return typeset(f"{plain_number(parameter.value)} {parameter.unit}".rstrip())

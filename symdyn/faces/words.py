@@ -1,0 +1,152 @@
+"""The words and numbers that the command line and the report share."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from decimal import Decimal
+from types import MappingProxyType
+
+from symdyn.numeric.findings import Diagnosis, Estimate, Finding, Verdict
+from symdyn.physics import catalogue
+
+VERDICT_NAMES: Mapping[Verdict, str] = MappingProxyType(
+    {
+        Verdict.COMPLETE: "complete",
+        Verdict.MISSING_PHYSICS: "missing physics",
+        Verdict.AMBIGUOUS: "ambiguous",
+        Verdict.UNEXPLAINED: "unexplained",
+    }
+)
+
+VERDICT_MEANINGS: Mapping[Verdict, str] = MappingProxyType(
+    {
+        Verdict.COMPLETE: (
+            "No known effect lowers the error on the held-out recording by enough to matter, and what is left there "
+            "does not follow the motion. Motions unlike those recorded may still show more."
+        ),
+        Verdict.MISSING_PHYSICS: (
+            "Each effect below was chosen and fitted on the training recording alone, and lowers the error on the "
+            "held-out recording by more than chance; no other known effect does as well in its place."
+        ),
+        Verdict.AMBIGUOUS: (
+            "Something is missing, but for at least one finding another known effect explains the recordings "
+            "as well. Take the finding as a group until a recording that tells its members apart has been made."
+        ),
+        Verdict.UNEXPLAINED: (
+            "What is left on the held-out recording follows the motion, so it is not noise, but no effect that "
+            "symdyn knows explains it."
+        ),
+    }
+)
+
+EXACT = 1e-9  # a standard error below this part of the value is written on its own: the digits would fill a line
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """The verdict in plain words, then the headline number."""
+    sentences = (verdict_words(diagnosis), error_words(diagnosis), leftover_words(diagnosis))
+    return " ".join(sentence for sentence in sentences if sentence)
+
+
+def verdict_words(diagnosis: Diagnosis) -> str:
+    """One sentence: what the model lacked."""
+    if diagnosis.findings:
+        unsure = any(f.rivals for f in diagnosis.findings)
+        lacked = _joined([_lacked(f) for f in diagnosis.findings], ", and " if unsure else " and ")
+        return f"The model lacked {lacked}{': these recordings do not tell which' if unsure else ''}."
+    if diagnosis.remaining.structured:
+        follows = f"the {diagnosis.remaining.variable}" if diagnosis.remaining.variable else "the motion"
+        return f"The model misses something that follows {follows}, and no known effect explains it."
+    return "These recordings show nothing that the model lacks."
+
+
+def error_words(diagnosis: Diagnosis) -> str:
+    """One sentence: the error on data that nothing was fitted to."""
+    before, after = diagnosis.before.heldout, diagnosis.after.heldout
+    if not diagnosis.findings:
+        return f"Held-out error is {percent(after)}."
+    return f"Held-out error {'fell' if after < before else 'went'} from {percent(before)} to {percent(after)}."
+
+
+def leftover_words(diagnosis: Diagnosis) -> str:
+    """A caveat where effects were found and what is left still follows the motion; else nothing."""
+    if not diagnosis.findings or not diagnosis.remaining.structured:
+        return ""
+    return f"Part of what is left still follows the {diagnosis.remaining.variable or 'motion'}."
+
+
+def effect_title(identifier: str) -> str:
+    """An effect's name for people."""
+    known = catalogue().get(identifier)
+    return known.title if known is not None else identifier.replace("_", " ")
+
+
+def percent(x: float) -> str:
+    """``41 %``, ``6.1 %``, ``0.35 %``: two digits are all that a relative error tells."""
+    if not math.isfinite(x):
+        return "not defined"
+    size = abs(100.0 * x)
+    if 0.0 < size < 0.0005:
+        return "< 0.001 %"
+    decimals = 0 if size >= 9.95 or size == 0.0 else 1 if size >= 0.995 else 2 if size >= 0.0995 else 3
+    return f"{100.0 * x:.{decimals}f} %"
+
+
+def probability(p: float) -> str:
+    """``p = 0.012``, ``p < 0.001``."""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+
+
+def quantity_text(estimate: Estimate) -> str:
+    """``203.4 ± 1.2 N s/m``: the standard error to two digits, the value to the same place."""
+    return f"{_number(estimate.value, estimate.se)} {estimate.unit}".rstrip()
+
+
+def plain_number(value: float) -> str:
+    """A number without a known error, to four digits: ``0.2264``, ``3.6e-5``."""
+    return _trimmed(f"{value:.4g}")
+
+
+def _number(value: float, se: float | None) -> str:
+    if se is None or not (math.isfinite(value) and math.isfinite(se) and se > 0.0):
+        return plain_number(value)
+    if se < EXACT * abs(value):
+        return _trimmed(f"{value:.10g} ± {se:.1g}")
+    size = max(abs(value), se)
+    exponent = math.floor(math.log10(size))
+    if -4 <= exponent < 6:
+        return "{} ± {}".format(*_aligned(value, se))
+    scaled = (float(Decimal(x).scaleb(-exponent)) for x in (value, se))
+    return "({} ± {})e{}".format(*_aligned(*scaled), exponent)
+
+
+def _trimmed(text: str) -> str:
+    """Exponents as people write them: ``e-5`` for ``e-05``."""
+    return re.sub(r"e([+-])0*(\d)", lambda m: f"e{m[1].strip('+')}{m[2]}", text)
+
+
+def _aligned(value: float, se: float) -> tuple[str, str]:
+    rounded = float(f"{se:.1e}")  # 0.0996 is 0.10, which moves its first digit
+    decimals = 1 - _exponent(rounded)
+    value, se = round(value, decimals) + 0.0, round(se, decimals)
+    return f"{value:.{max(decimals, 0)}f}", f"{se:.{max(decimals, 0)}f}"
+
+
+def _exponent(x: float) -> int:
+    return int(f"{x:e}".partition("e")[2])
+
+
+def _lacked(finding: Finding) -> str:
+    if not finding.rivals:
+        return f"{finding.title} at {finding.place}"
+    names = [finding.title]
+    for rival in finding.rivals:
+        elsewhere = "" if rival.place == finding.place else f" at {rival.place}"
+        names.append(effect_title(rival.effect) + elsewhere)
+    return f"something at {finding.place} that may be {_joined(names, ' or ')}"
+
+
+def _joined(items: Sequence[str], last: str) -> str:
+    return last.join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

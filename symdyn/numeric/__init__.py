@@ -1,0 +1,1 @@
+"""Numbers only: recordings, simulation, frequency response, regression and diagnosis; no SymPy."""

@@ -1,0 +1,134 @@
+"""Which effects a diagnosis may propose, and the robot that holds them all at their null values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from symdyn.physics import catalogue
+from symdyn.spec.effect_schema import ParameterSchema, Scan
+from symdyn.spec.places import places
+from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, Place, PlaceKind, Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One effect at one place; ``linear`` parameters are solved for, the ``shape`` one is searched."""
+
+    effect: str
+    title: str
+    place: Place
+    linear: tuple[ParameterSchema, ...]
+    shape: ParameterSchema | None
+    builds_on: str | None
+
+    def parameter(self, schema: ParameterSchema) -> str:
+        """The name of the parameter in the augmented robot."""
+        return f"{self.place.address.replace('.', '_')}_{self.effect}_{schema.name}"
+
+    def unit(self, schema: ParameterSchema) -> str:
+        return schema.units[self.place.motion]
+
+    @property
+    def size(self) -> int:
+        """How many numbers it brings."""
+        return len(self.linear) + (self.shape is not None)
+
+    @property
+    def label(self) -> str:
+        return f"{self.title} at {self.place.address}"
+
+
+def candidates(robot: Robot) -> tuple[Candidate, ...]:
+    """Every proposable effect at every joint where the robot does not have it yet."""
+    present = {(e.type, e.at) for e in robot.effects}
+    found = []
+    for place in places(robot):
+        if place.kind is not PlaceKind.JOINT:  # the measured places; rigid rotors move with their joint
+            continue
+        for effect in catalogue().values():
+            if not effect.proposable or place.kind not in effect.attaches_to:
+                continue
+            if (effect.identifier, place.address) in present or _degenerate(effect.parameters, place):
+                continue
+            linear = tuple(p for p in effect.parameters if p.scan is Scan.NONE)
+            shape = next((p for p in effect.parameters if p.scan is not Scan.NONE), None)
+            found.append(Candidate(effect.identifier, effect.title, place, linear, shape, effect.builds_on))
+    return tuple(found)
+
+
+def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
+    """The robot with every candidate attached at its null value: one kernel serves all hypotheses."""
+    effects, parameters = list(robot.effects), list(robot.parameters)
+    for candidate in proposed:
+        values = []
+        for schema in catalogue()[candidate.effect].parameters:
+            name = candidate.parameter(schema)
+            null = 1.0 if schema.null is None else schema.null
+            parameters.append(Parameter(name, null, candidate.unit(schema), schema.latex, schema.meaning))
+            values.append((schema.name, Monomial(Fraction(1), ((name, 1),))))
+        effects.append(EffectSpec(candidate.effect, candidate.place.address, tuple(values)))
+    return replace(robot, effects=tuple(effects), parameters=tuple(parameters))
+
+
+def fitted_parameters(robot: Robot) -> tuple[str, ...]:
+    """The model's own parameters that a fit may move: inertial ones and those of its effects.
+
+    Geometry, gravity and actuator gains are taken as known: the recording is read through them.
+    """
+    moving: list[Monomial] = [value for e in robot.effects for _, value in e.values]
+    fixed: list[Monomial] = list(robot.gravity)
+    for joint in robot.joints:
+        moving += [joint.link.mass, *joint.link.com, *joint.link.inertia]
+        fixed += [joint.dh.theta, joint.dh.d, joint.dh.a, joint.dh.alpha]
+        if joint.actuator is not None:
+            fixed.append(joint.actuator.gain)
+        if joint.drive is not None:
+            fixed.append(joint.drive.ratio)
+            moving += [rotor.inertia for rotor in joint.drive.rotors]
+    names = {name for monomial in moving for name, _ in monomial.factors}
+    names -= {name for monomial in fixed for name, _ in monomial.factors}
+    return tuple(p.name for p in robot.parameters if p.name in names)
+
+
+def bounds(robot: Robot) -> dict[str, tuple[float, float]]:
+    """(lower, upper) of the model's own parameters: masses, moments of inertia, what effects declare.
+
+    The lower bound is a thousandth of the model's value where zero would make the mass matrix singular.
+    """
+    values = {p.name: p.value or 0.0 for p in robot.parameters}
+    positive: list[Monomial] = []
+    for joint in robot.joints:
+        positive += [joint.link.mass, *joint.link.inertia[:3]]
+        positive += [rotor.inertia for rotor in (joint.drive.rotors if joint.drive else ())]
+    found = {
+        m.factors[0][0]: (1e-3 * abs(values[m.factors[0][0]]), math.inf)
+        for m in positive
+        if len(m.factors) == 1 and m.factors[0][1] == 1 and m.coefficient > 0
+    }
+    for effect in robot.effects:
+        schemas = {p.name: p for p in catalogue()[effect.type].parameters}
+        for name, value in effect.values:
+            if len(value.factors) == 1 and value.factors[0][1] == 1 and value.coefficient > 0:
+                found[value.factors[0][0]] = _limits(schemas[name])
+    return found
+
+
+def candidate_bounds(candidate: Candidate, shape: float | None) -> dict[str, tuple[float, float]]:
+    """Bounds of a candidate's parameters; a shape parameter stays within a factor two of its scan."""
+    found = {candidate.parameter(schema): _limits(schema) for schema in candidate.linear}
+    if candidate.shape is not None and shape is not None:
+        found[candidate.parameter(candidate.shape)] = (shape / 2.0, shape * 2.0)
+    return found
+
+
+def _limits(schema: ParameterSchema) -> tuple[float, float]:
+    lower = -math.inf if schema.lower is None else schema.lower
+    return lower, math.inf if schema.upper is None else schema.upper
+
+
+def _degenerate(parameters: Sequence[ParameterSchema], place: Place) -> bool:
+    """A wave per turn means nothing on an axis that does not turn."""
+    return place.motion is not Motion.ROTATIONAL and any(p.scan is Scan.ANGLE_ORDER for p in parameters)

@@ -1,0 +1,64 @@
+"""Fits the parameters of a model as it is, before anything is blamed on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.compiler import compile_robot
+from symdyn.numeric.band import analysis_band, band_of
+from symdyn.numeric.candidates import bounds, fitted_parameters
+from symdyn.numeric.findings import Estimate
+from symdyn.numeric.fitting import fit, joint_weight, relative_error
+from symdyn.numeric.observation import observe
+from symdyn.numeric.recording import Recording
+from symdyn.numeric.workbench import Workbench
+from symdyn.spec.records import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Fitted parameters, and the relative effort error that is left in the analysis band (Hz)."""
+
+    parameters: Mapping[str, Estimate]
+    error: float
+    band: float
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "parameters": {n: {"value": e.value, "se": e.se, "unit": e.unit} for n, e in self.parameters.items()},
+            "relative_error": self.error,
+            "band_hz": self.band,
+        }
+
+
+def identify(
+    robot: Robot,
+    recording: Recording,
+    *,
+    band: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """Inverse-dynamics least squares on one recording, standard errors by Newey and West.
+
+    Raises InputError when the recording does not measure what inverse dynamics needs.
+    """
+    progress(f"deriving and compiling {robot.name}")
+    kernel = compile_robot(robot).kernel()
+    wide = Workbench(kernel, observe(robot, kernel, recording))
+    values = kernel.values
+    names = [n for n in fitted_parameters(robot) if np.any(wide.columns(values, [n]))]
+    seen = wide.observation
+    start = fit(wide, values, names, joint_weight(seen.tau, seen.tau), bounds(robot))
+    chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
+    bench = Workbench(kernel, observe(robot, kernel, recording, 5.0 * chosen.cutoff), chosen)
+    weight = joint_weight(bench.residual(start.p), bench.effort)
+    done = fit(bench, values, names, weight, bounds(robot))
+    found = {
+        n: Estimate(float(done.p[bench.index[n]]), done.standard_error(n), kernel.parameter_units[bench.index[n]])
+        for n in names
+    }
+    return Identification(found, relative_error(bench.residual(done.p), bench.effort), chosen.cutoff)

@@ -1,0 +1,119 @@
+"""From a recording to what inverse dynamics needs: joint motion with derivatives, and measured effort."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from symdyn.base.errors import InputError, Problem
+from symdyn.emit.kernel import Kernel
+from symdyn.numeric.recording import Recording
+from symdyn.spec.records import Quantity, Robot
+
+Array = NDArray[np.float64]
+
+FLOOR_MARGIN = 10.0  # a position spectrum this far above its noise floor is taken for motion
+FILTER_ORDER = 4  # Butterworth, run forwards and backwards: no phase, order doubled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """Joint motion q, qd, qdd and measured effort tau, each (N, n), in stretches without gaps."""
+
+    time: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    tau: Array
+    segments: tuple[slice, ...]
+    sample_time: float
+    cutoff: float  # Hz: positions were low-passed there before they were differentiated
+
+    @property
+    def rate(self) -> float:
+        return 1.0 / self.sample_time
+
+
+def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | None = None) -> Observation:
+    """Positions are low-passed without phase and differentiated; efforts are taken as measured.
+
+    ``cutoff`` in Hz; None takes the highest frequency at which a position still stands above its
+    noise floor. Effort is measured directly, or follows from the actuator's input through the kernel.
+
+    Raises InputError (SD520, SD521) when a joint's position or effort was not measured, or the robot
+    has coordinates that inverse dynamics would need and nobody measures.
+    """
+    _refuse_hidden(robot, kernel)
+    positions = np.column_stack([recording.channel(Quantity.POSITION, joint.name) for joint in robot.joints])
+    rate = 1.0 / recording.sample_time
+    limit = cutoff if cutoff is not None else motion_cutoff(positions, recording.segments, rate)
+    q, qd, qdd = (np.zeros_like(positions) for _ in range(3))
+    for part in recording.segments:
+        smooth = low_pass(positions[part], rate, limit)
+        time = recording.time[part]
+        q[part] = smooth
+        qd[part] = np.gradient(smooth, time, axis=0)
+        qdd[part] = np.gradient(qd[part], time, axis=0)
+    tau = measured_effort(robot, kernel, recording)
+    return Observation(recording.time, q, qd, qdd, tau, recording.segments, recording.sample_time, limit)
+
+
+def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:
+    """(N, n) effort at the joints: a measured effort, or the actuator's input times its gain."""
+    n, count = len(robot.joints), len(recording.time)
+    inputs = np.zeros((count, n))
+    direct = np.full((count, n), np.nan)
+    for i, joint in enumerate(robot.joints):
+        if recording.has(Quantity.EFFORT, joint.name):
+            direct[:, i] = recording.channel(Quantity.EFFORT, joint.name)
+            continue
+        wanted = {"V": Quantity.VOLTAGE, "A": Quantity.CURRENT}.get(joint.actuator.input_unit if joint.actuator else "")
+        if wanted is None or not recording.has(wanted, joint.name):
+            what = f"effort (or {wanted})" if wanted else "effort"
+            message = f"recording '{recording.name}' holds no {what} of joint '{joint.name}'"
+            hint = "map a column to it under [[recording.channel]]"
+            raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
+        inputs[:, i] = recording.channel(wanted, joint.name)
+    states = np.zeros((count, len(kernel.states)))
+    driven = kernel.actuation_p_batch(states, inputs, kernel.values)
+    return np.where(np.isnan(direct), driven, direct)
+
+
+def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) -> float:
+    """Highest frequency (Hz) up to which a position's spectrum stands above its own noise floor.
+
+    The spectrum is taken of second differences and divided by theirs: the slow, large part of the
+    motion would otherwise leak over everything else.
+    """
+    longest = max(segments, key=lambda part: part.stop - part.start)
+    cutoff = 0.0
+    for column in positions[longest].T:
+        bend = np.diff(column, 2)
+        frequency, power = signal.welch(bend, rate, nperseg=max(64, min(len(bend), 4096) // 2))
+        frequency, power = frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] / rate)) ** 4
+        floor = np.median(power[len(power) // 2 :])
+        # Smoothed over neighbours: a single bin of noise exceeds any margin now and then.
+        level = np.convolve(power, np.ones(5) / 5.0, mode="same")
+        quiet = np.flatnonzero(level <= FLOOR_MARGIN * floor)
+        cutoff = max(cutoff, float(frequency[quiet[0]] if len(quiet) else frequency[-1]))
+    return float(np.clip(cutoff, rate / 1000.0, 0.4 * rate))
+
+
+def low_pass(values: Array, rate: float, cutoff: float) -> Array:
+    """Butterworth, forwards and backwards, along the first axis; beyond 0.4 of the rate nothing is cut."""
+    if cutoff >= 0.4 * rate:
+        return values
+    sections = signal.butter(FILTER_ORDER, cutoff, fs=rate, output="sos")
+    pad = min(len(values) - 1, int(3 * rate / cutoff))
+    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padlen=pad))
+
+
+def _refuse_hidden(robot: Robot, kernel: Kernel) -> None:
+    hidden = [c for c in kernel.coordinates if c not in {joint.name for joint in robot.joints}]
+    if hidden:
+        message = f"'{robot.name}' has coordinates that no channel measures: {', '.join(hidden)}"
+        hint = "this version diagnoses rigid transmissions: fix the rotors to their joint (fixed_to_joint = true)"
+        raise InputError(Problem("SD521", message, robot.where, hint))

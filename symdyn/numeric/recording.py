@@ -1,0 +1,115 @@
+"""A recording of a machine in SI units, read through a channel map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.base.errors import InputError, Problem, Where
+from symdyn.numeric.recording_checks import check_channels, check_time, split_at_gaps
+from symdyn.numeric.tables import read_table
+from symdyn.spec.records import Channel, ChannelMap, Quantity, Side
+
+ChannelKey = tuple[Quantity, str, Side]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """What was measured, in SI units with signs and scales applied; arrays are read-only.
+
+    ``time`` is (N,), strictly increasing, in s; each channel is (N,). ``segments`` are the
+    stretches without gaps, as slices into both; ``sample_time`` is the median step.
+    """
+
+    name: str
+    time: NDArray[np.float64]
+    channels: Mapping[ChannelKey, NDArray[np.float64]]
+    sample_time: float
+    segments: tuple[slice, ...]
+    warnings: tuple[Problem, ...]
+    sha256: str
+
+    def has(self, quantity: Quantity, joint: str, side: Side | None = None) -> bool:
+        """Whether the quantity was measured at the joint (``side`` None: at either side)."""
+        return self._key(quantity, joint, side) is not None
+
+    def channel(self, quantity: Quantity, joint: str, side: Side | None = None) -> NDArray[np.float64]:
+        """The (N,) samples of a quantity; with ``side`` None the link's before the motor's.
+
+        Raises InputError (SD510) when it was not measured.
+        """
+        key = self._key(quantity, joint, side)
+        if key is None:
+            at = f" at the {side} side" if side else ""
+            there = "; ".join(f"{q} of {j} ({s})" for q, j, s in self.channels)
+            message = f"recording '{self.name}' has no {quantity} of '{joint}'{at}"
+            raise InputError(Problem("SD510", message, hint=f"measured there: {there}"))
+        return self.channels[key]
+
+    def _key(self, quantity: Quantity, joint: str, side: Side | None) -> ChannelKey | None:
+        sides = (side,) if side else (Side.LINK, Side.MOTOR)
+        return next((key for s in sides if (key := (quantity, joint, s)) in self.channels), None)
+
+
+def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
+    """Read and check a recording.
+
+    Raises InputError with every problem found, each with the file, its line and its column (codes
+    SD501 to SD523). What is only suspect stands in ``Recording.warnings``.
+    """
+    path = Path(path)
+    _refuse_duplicates(channel_map)
+    table = read_table(path, (channel_map.time_column, *(channel.column for channel in channel_map.channels)))
+    time = table.values[channel_map.time_column] * channel_map.time_factor
+    time_column = table.positions[channel_map.time_column]
+
+    def where(row: int | None = None, column: int | None = None) -> Where:
+        return Where(str(path), int(table.lines[row]) if row is not None else None, column)
+
+    problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), table.lines)
+    if problems:
+        raise InputError(problems)
+    segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
+    measured = [(channel, _to_si(table.values[channel.column], channel)) for channel in channel_map.channels]
+    places = {channel: Where(str(path), 1, table.positions[channel.column]) for channel in channel_map.channels}
+    errors, warnings = check_channels(time, segments, measured, places)
+    if gap_errors or errors:
+        raise InputError((*gap_errors, *errors))
+    time.setflags(write=False)
+    return Recording(
+        name=path.name.removesuffix(".gz").rpartition(".")[0],
+        time=time,
+        channels=MappingProxyType({_key(channel): values for channel, values in measured}),
+        sample_time=float(np.median(np.diff(time))),
+        segments=segments,
+        warnings=(*gap_warnings, *warnings),
+        sha256=table.sha256,
+    )
+
+
+def _key(channel: Channel) -> ChannelKey:
+    return channel.quantity, channel.joint, channel.side
+
+
+def _refuse_duplicates(channel_map: ChannelMap) -> None:
+    first: dict[ChannelKey, Channel] = {}
+    problems = []
+    for channel in channel_map.channels:
+        other = first.setdefault(_key(channel), channel)
+        if other is not channel:
+            what = f"{channel.quantity} of '{channel.joint}' at the {channel.side} side"
+            message = f"columns '{other.column}' and '{channel.column}' both claim the {what}"
+            problems.append(Problem("SD511", message, channel.where, "remove one of the two"))
+    if problems:
+        raise InputError(problems)
+
+
+def _to_si(column: NDArray[np.float64], channel: Channel) -> NDArray[np.float64]:
+    values = column * (channel.sign * channel.scale * channel.factor)
+    values.setflags(write=False)
+    return values

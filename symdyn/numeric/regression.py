@@ -1,0 +1,135 @@
+"""Weighted linear least squares with standard errors that hold for correlated residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, stats
+
+Array = NDArray[np.float64]
+
+RANK_TOLERANCE = 1e-6  # of the largest singular value of columns scaled to unit length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearFit:
+    """``estimate`` (k,), ``covariance`` (k, k); ``identifiable`` (k,) is False where data do not tell it."""
+
+    estimate: Array
+    covariance: Array
+    identifiable: NDArray[np.bool_]
+
+    @property
+    def standard_error(self) -> Array:
+        return np.sqrt(np.diag(self.covariance))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solution:
+    estimate: Array
+    gram_inverse: Array
+    identifiable: NDArray[np.bool_]
+
+
+def solve_linear(columns: Array, target: Array) -> Array:
+    """(k,) least squares of ``columns`` (K, n, k) on ``target`` (K, n), both already weighted per row.
+
+    Directions that the data do not excite stay at zero.
+    """
+    return _solve(columns, target).estimate
+
+
+def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, upper: Array) -> Array:
+    """The same within bounds (k,), and along unexcited directions the smallest step in units of ``size``."""
+    solution = _solve(columns, target, size)
+    if np.all(solution.estimate >= lower) and np.all(solution.estimate <= upper):
+        return solution.estimate
+    k = columns.shape[2]
+    scaled = columns.reshape(-1, k) * size
+    triangle = np.linalg.qr(np.column_stack([scaled, target.reshape(-1)]), mode="r")
+    # A whisper of a pull to zero keeps what the data do not tell in place.
+    whisper = RANK_TOLERANCE * np.linalg.norm(scaled) * np.eye(k)
+    found = optimize.lsq_linear(
+        np.vstack([triangle[:k, :k], whisper]),
+        np.concatenate([triangle[:k, k], np.zeros(k)]),
+        bounds=(lower / size, upper / size),
+    )
+    return np.asarray(found.x * size)
+
+
+def fit_linear(columns: Array, target: Array) -> LinearFit:
+    """Least squares with its covariance: the sandwich estimator with Newey and West's (1987) correction.
+
+    It allows for correlation along the K samples, since residuals of real machines are never white.
+    """
+    solution = _solve(columns, target)
+    residual = target - columns @ solution.estimate
+    scores = np.einsum("ijk,ij->ik", columns, residual)
+    count, k = len(columns), columns.shape[2]
+    middle = long_run_covariance(scores) * count
+    covariance = solution.gram_inverse @ middle @ solution.gram_inverse * (count / max(count - k, 1))
+    return LinearFit(solution.estimate, covariance, solution.identifiable)
+
+
+def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solution:
+    k = columns.shape[2]
+    design = columns.reshape(-1, k)
+    length = np.linalg.norm(design, axis=0)
+    scale = np.where(length > 0, length, 1.0)
+    # The triangular factor has the singular values of the design and is k x k.
+    triangle = np.linalg.qr(np.column_stack([design / scale, target.reshape(-1)]), mode="r")
+    u, s, vt = np.linalg.svd(triangle[:k, :k])
+    keep = s > RANK_TOLERANCE * max(float(s.max(initial=0.0)), 1e-300)
+    inverse = (vt[keep].T / s[keep]) / scale[:, None]
+    estimate = inverse @ (u[:, keep].T @ triangle[:k, k])
+    lost = vt[~keep].T / scale[:, None]
+    if lost.size and size is not None:
+        estimate = estimate - lost @ np.linalg.lstsq(lost / size[:, None], estimate / size, rcond=None)[0]
+    hidden = np.abs(vt[~keep]).max(axis=0, initial=0.0) > 1e-3
+    return _Solution(estimate, inverse @ inverse.T, ~hidden & (length > 0))
+
+
+def long_run_covariance(scores: Array) -> Array:
+    """Newey-West: covariance of the mean of a correlated sequence (K, k), times K; Bartlett weights."""
+    count = len(scores)
+    centred = scores - scores.mean(axis=0)
+    lags = int(np.ceil(4.0 * (count / 100.0) ** (2.0 / 9.0)))  # Newey and West's own rule
+    lags = max(lags, _correlation_length(centred))
+    total = centred.T @ centred / count
+    for lag in range(1, min(lags, count - 1) + 1):
+        part = centred[lag:].T @ centred[:-lag] / count
+        total += (1.0 - lag / (lags + 1.0)) * (part + part.T)
+    return np.asarray(total)
+
+
+def _correlation_length(scores: Array) -> int:
+    """Samples until the autocorrelation of the slowest score has died away (first zero), at most K / 8."""
+    longest = 0
+    for column in scores.T:
+        power = np.abs(np.fft.rfft(column, 2 * len(column))) ** 2
+        correlation = np.fft.irfft(power)[: len(column) // 8]
+        if len(correlation) and correlation[0] > 0:
+            below = np.flatnonzero(correlation <= 0)
+            longest = max(longest, int(below[0]) if len(below) else len(correlation))
+    return longest
+
+
+def encompassing(before: Array, after: Array) -> tuple[float, float]:
+    """Whether one explanation holds something that another lacks, on data that neither was fitted to.
+
+    ``before``, ``after`` (K, n) are their errors. Errors of the first are regressed on the difference
+    of the two predictions: slope 0 if the second adds nothing, 1 if it has all that is missing
+    (Chong and Hendry 1986; Harvey, Leybourne and Newbold 1998). Returns the mean fall of the squared
+    error and the one-sided p-value of "adds nothing", correlated errors allowed for.
+    """
+    gain = float(np.mean(np.sum(before**2 - after**2, axis=1)))
+    change = before - after
+    power = float(np.sum(change**2))
+    if power <= 1e-18 * float(np.sum(before**2)):
+        return gain, 1.0
+    slope = float(np.sum(change * before)) / power
+    scores = np.sum(change * (before - slope * change), axis=1)
+    spread = np.sqrt(max(float(long_run_covariance(scores[:, None])[0, 0]), 0.0) * len(scores)) / power
+    return gain, float(stats.norm.sf(slope / max(spread, 1e-12)))

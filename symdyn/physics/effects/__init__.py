@@ -1,0 +1,1 @@
+"""One file per effect. A new file is a new effect; nothing else needs to change."""

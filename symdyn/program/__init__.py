@@ -1,0 +1,1 @@
+"""The expression program: SSA form, passes, differentiation, cost table and reference evaluator."""

@@ -1,0 +1,58 @@
+"""What a program costs: the counts of the cost table, and one number that passes compare."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.program.ssa import Op, Program
+
+_ADDITIONS = frozenset({Op.ADD, Op.SUB, Op.NEG})
+_TRIGONOMETRIC = frozenset({Op.SIN, Op.COS, Op.TAN})
+
+# Approximate costs in units of one addition, vectorised double precision on x86-64.
+_WEIGHTS = {Op.CONST: 0, Op.INPUT: 0, Op.DIV: 4, Op.SQRT: 5, Op.SIN: 20, Op.COS: 20, Op.TAN: 25} | {
+    Op.TANH: 25, Op.EXP: 15, Op.LOG: 15, Op.ATAN2: 30
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Operation counts; a change of sign counts as an addition; constants and inputs are free."""
+
+    additions: int
+    multiplications: int
+    divisions: int
+    trigonometric: int  # sin, cos, tan
+    other: int  # all that remains: exp, sqrt, abs, sign, min, ...
+
+    @property
+    def lines(self) -> int:
+        """All operations."""
+        return self.additions + self.multiplications + self.divisions + self.trigonometric + self.other
+
+
+def count(program: Program) -> Cost:
+    """Count the operations of a program."""
+    additions = multiplications = divisions = trigonometric = other = 0
+    for node in program.nodes:
+        if node.op in _ADDITIONS:
+            additions += 1
+        elif node.op is Op.MUL:
+            multiplications += 1
+        elif node.op is Op.DIV:
+            divisions += 1
+        elif node.op in _TRIGONOMETRIC:
+            trigonometric += 1
+        elif node.op not in (Op.CONST, Op.INPUT):
+            other += 1
+    return Cost(additions, multiplications, divisions, trigonometric, other)
+
+
+def weight(program: Program) -> int:
+    """Estimated run time in units of one addition: what a pass must not raise."""
+    return sum(_WEIGHTS.get(node.op, 1) for node in program.nodes)
+
+
+def cheaper(before: Program, after: Program) -> Program:
+    """``after`` unless it costs more than ``before``."""
+    return after if weight(after) <= weight(before) else before

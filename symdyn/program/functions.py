@@ -1,0 +1,156 @@
+"""The functions of a kernel, each a program: all follow from inverse dynamics by calculus on programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from symdyn.base import symbols
+from symdyn.derive.equations import EquationsOfMotion
+from symdyn.derive.steps import Step
+from symdyn.program.builder import Builder
+from symdyn.program.compose import inline
+from symdyn.program.differentiate import differentiate
+from symdyn.program.lower import lower
+from symdyn.program.smooth import smooth
+from symdyn.program.solve import solve_symmetric
+from symdyn.program.ssa import Argument, Op, Program
+from symdyn.program.substitute import bind
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function that a kernel offers. ``program`` takes the parameter vector ``p`` as its last argument."""
+
+    program: Program
+    doc: str
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+
+def functions(equations: EquationsOfMotion, smoothing: float | None = None) -> tuple[Function, ...]:
+    """Every function of the kernel of one robot, parameters not yet folded in.
+
+    ``smoothing``: width over which jumps are smoothed before anything is differentiated.
+    """
+    return _Functions(equations, smoothing).all()
+
+
+class _Functions:
+    def __init__(self, equations: EquationsOfMotion, smoothing: float | None) -> None:
+        self.equations, self.smoothing = equations, smoothing
+        axes = equations.axes
+        self.q = Argument("q", tuple(str(a.q) for a in axes))
+        self.qd = Argument("qd", tuple(str(a.qd) for a in axes))
+        self.qdd = Argument("qdd", tuple(str(a.qdd) for a in axes))
+        self.tau = Argument("tau", tuple(str(symbols.effort(i)) for i in range(1, len(axes) + 1)))
+        self.z = tuple(str(s.symbol) for s in equations.states)
+        self.x = Argument("x", (*self.q.symbols, *self.qd.symbols, *self.z))
+        self.u = Argument("u", tuple(str(i.symbol) for i in equations.inputs))
+        self.p = Argument("p", tuple(str(p) for p in equations.parameters))
+        self.n = len(axes)
+
+    def all(self) -> tuple[Function, ...]:
+        equations = self.equations
+        steps, efforts = equations.required()
+        required = self.lower("inverse_dynamics", (self.q, self.qd, self.qdd), efforts, steps)
+        mass = _at_zero(differentiate(required, self.qdd.symbols, "mass_matrix"), (self.qd, self.qdd))
+        bias = _at_zero(replace(required, name="bias_force"), (self.qdd,))
+        arm = self.lower("gravity", (self.q, self.qd, self.qdd), equations.arm, equations.steps)
+        gravity = _at_zero(arm, (self.qd, self.qdd))
+        energy = self.lower(
+            "energy", (self.q, self.qd), (equations.kinetic, equations.potential), equations.energy_steps
+        )
+        actuation = self.lower("actuation", (self.x, self.u), equations.actuation())
+        forward = self.forward_dynamics(mass, bias)
+        state = self.state_derivative(forward, actuation)
+        found = [
+            Function(required, "Effort (n,) along each coordinate that the motion needs."),
+            Function(forward, "Acceleration (n,) under efforts tau."),
+            Function(mass, "Mass matrix M (n, n): symmetric, positive definite."),
+            Function(bias, "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
+            Function(gravity, "Effort (n,) that holds the arm against gravity."),
+            Function(energy, "Kinetic and potential energy (2,) in J."),
+            Function(actuation, "Effort (n,) that inputs and motor currents exert along each coordinate."),
+            Function(state, "Time derivative of the state x = [q, qd, hidden states] under inputs u."),
+            Function(
+                differentiate(required, (*self.q.symbols, *self.qd.symbols), "inverse_dynamics_state_jacobian"),
+                "d inverse_dynamics / d [q, qd], (n, 2 n); with respect to qdd it is the mass matrix.",
+            ),
+            Function(
+                differentiate(state, self.x.symbols, "state_derivative_state_jacobian"),
+                "A = d state_derivative / d x.",
+            ),
+            Function(
+                differentiate(state, self.u.symbols, "state_derivative_input_jacobian"),
+                "B = d state_derivative / d u.",
+            ),
+        ]
+        if self.p.symbols:
+            found += [
+                Function(
+                    differentiate(required, self.p.symbols, "inverse_dynamics_parameter_jacobian"),
+                    "Regressor: d inverse_dynamics / d p, (n, number of parameters).",
+                ),
+                Function(
+                    differentiate(state, self.p.symbols, "state_derivative_parameter_jacobian"),
+                    "d state_derivative / d p.",
+                ),
+            ]
+        if equations.sensors:
+            output = self.lower("output", (self.x, self.u), [s.value for s in equations.sensors])
+            found += [
+                Function(output, "What the sensors show, in the order of OUTPUTS."),
+                Function(differentiate(output, self.x.symbols, "output_state_jacobian"), "C = d output / d x."),
+                Function(differentiate(output, self.u.symbols, "output_input_jacobian"), "D = d output / d u."),
+            ]
+        return tuple(found)
+
+    def lower(
+        self, name: str, arguments: tuple[Argument, ...], outputs: Sequence[sp.Expr], steps: Sequence[Step] = ()
+    ) -> Program:
+        program = lower(name, (*arguments, self.p), steps, outputs, (len(outputs),))
+        return program if self.smoothing is None else smooth(program, self.smoothing)
+
+    def forward_dynamics(self, mass: Program, bias: Program) -> Program:
+        builder = Builder()
+        entries = inline(builder, mass)
+        forces = inline(builder, bias)
+        right = [
+            builder.intern(Op.SUB, (builder.input(symbol), force), "effort less bias force")
+            for symbol, force in zip(self.tau.symbols, forces, strict=True)
+        ]
+        rows = [entries[i * self.n : (i + 1) * self.n] for i in range(self.n)]
+        solution = solve_symmetric(builder, rows, right)
+        return builder.program("forward_dynamics", (self.q, self.qd, self.tau, self.p), solution, (self.n,))
+
+    def state_derivative(self, forward: Program, actuation: Program) -> Program:
+        builder = Builder()
+        efforts = inline(builder, actuation)
+        accelerations = inline(builder, forward, dict(zip(self.tau.symbols, efforts, strict=True)))
+        rates = inline(
+            builder,
+            self.lower("rates", (self.x, self.u), [s.rate / s.storage for s in self.equations.states]),
+        )
+        outputs = (*(builder.input(s) for s in self.qd.symbols), *accelerations, *rates)
+        return builder.program("state_derivative", (self.x, self.u, self.p), outputs, (len(outputs),))
+
+
+def _at_zero(program: Program, arguments: tuple[Argument, ...]) -> Program:
+    """The program with whole arguments set to zero and gone from its signature."""
+    zero = {symbol: 0.0 for argument in arguments for symbol in argument.symbols}
+    return bind(program, zero, drop=tuple(argument.name for argument in arguments))
+
+
+def fold_parameters(function: Function, values: Sequence[float]) -> Function:
+    """The function with numbers for its parameters; raises ValueError if one of them is not finite (left free)."""
+    parameters = next(a for a in function.program.arguments if a.name == "p")
+    if not all(math.isfinite(value) for value in values):
+        raise ValueError("a parameter is left free")
+    bound = bind(function.program, dict(zip(parameters.symbols, values, strict=True)), drop=("p",))
+    return Function(bound, function.doc)

@@ -1,0 +1,60 @@
+"""The pipeline of passes and its cost table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from symdyn.program import passes
+from symdyn.program.cost import Cost, count, weight
+from symdyn.program.ssa import Program
+
+Pass = Callable[[Program], Program]
+
+DEFAULT: tuple[Pass, ...] = (
+    passes.fold_constants,
+    passes.collect_terms,
+    passes.trigonometric,
+    passes.factor_common,
+    passes.share_subexpressions,
+    passes.divide_to_reciprocal,
+    passes.drop_dead,
+)
+_ROUNDS = 8
+_WORTHWHILE = 0.005  # another round follows one that lowered the weight by this share or more
+
+
+@dataclass(frozen=True, slots=True)
+class CostRow:
+    """The cost of a program after one pass; ``round`` counts from 1, and is 0 for the input."""
+
+    pass_name: str
+    round: int
+    cost: Cost
+
+
+@dataclass(frozen=True, slots=True)
+class Optimized:
+    """A program after its passes, and what each of them earned."""
+
+    program: Program
+    costs: tuple[CostRow, ...]
+
+
+def optimize(program: Program, passes: Sequence[Pass] = DEFAULT) -> Optimized:
+    """Run the passes in order, and again while a whole round lowers the weight by half a percent.
+
+    The cost table has a row for the input, for every pass of the first round, and for the passes of
+    later rounds that changed a count. The weight never rises from one row to the next.
+    """
+    rows = [CostRow("input", 0, count(program))]
+    for turn in range(1, _ROUNDS + 1):
+        before = weight(program)
+        for step in passes:
+            program = step(program)
+            row = CostRow(step.__name__, turn, count(program))
+            if turn == 1 or row.cost != rows[-1].cost:
+                rows.append(row)
+        if weight(program) > before * (1.0 - _WORTHWHILE):
+            break
+    return Optimized(program, tuple(rows))

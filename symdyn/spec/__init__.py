@@ -1,0 +1,1 @@
+"""The specification: a robot as frozen data, read from TOML with file:line:column errors."""

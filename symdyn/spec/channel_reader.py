@@ -1,0 +1,98 @@
+"""Reads a [recording] table: which column of a recording measures what, in which unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from symdyn.base.units import UnitError, si_factor
+from symdyn.base.wording import did_you_mean, quoted
+from symdyn.spec.field_units import channel_unit, motion_of
+from symdyn.spec.findings import Findings
+from symdyn.spec.records import Channel, ChannelMap, Joint, JointKind, Quantity, Robot, Side
+from symdyn.spec.schema import ChannelMapFile, ChannelTable, RecordingTable
+from symdyn.spec.shape import validated
+from symdyn.spec.toml_positions import KeyPath
+from symdyn.spec.toml_source import parse, read_text
+
+
+def read_channel_map(path: str | Path, robot: Robot) -> ChannelMap:
+    """The channel map in a TOML file of its own, for a robot. InputError with all that is wrong."""
+    findings = Findings(parse(read_text(path), str(path)))
+    shape = validated(ChannelMapFile, findings)
+    channels = read_channels(shape.recording, robot.joints, findings) if shape is not None else None
+    findings.raise_errors()
+    assert channels is not None  # without a shape there are errors
+    return channels
+
+
+def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Findings) -> ChannelMap:
+    """The channel map of a [recording] table; what is wrong is added to the findings."""
+    path: KeyPath = ("recording",)
+    kinds = {joint.name: joint.kind for joint in joints}
+    time_factor = _factor(table.time.unit, "s", (*path, "time", "unit"), findings)
+    channels = tuple(
+        _read_channel(channel, (*path, "channel", i), kinds, findings) for i, channel in enumerate(table.channel)
+    )
+    _check_columns(table, findings)
+    _check_measured_once(channels, findings)
+    return ChannelMap(table.time.column, time_factor, channels, findings.where(path))
+
+
+def _read_channel(table: ChannelTable, path: KeyPath, kinds: Mapping[str, JointKind], findings: Findings) -> Channel:
+    quantity = Quantity(table.quantity)
+    factor = 1.0
+    kind = kinds.get(table.joint)
+    if kind is None:
+        findings.error(
+            (*path, "joint"), "SD104", f"no joint {quoted(table.joint)}", did_you_mean(table.joint, kinds, "joints")
+        )
+    else:
+        factor = _factor(table.unit, channel_unit(quantity, motion_of(kind)), (*path, "unit"), findings)
+    if table.scale == 0:
+        findings.error((*path, "scale"), "SD203", "a scale of 0 makes every sample zero")
+    return Channel(
+        table.column,
+        quantity,
+        table.joint,
+        Side(table.side),
+        table.unit,
+        factor,
+        table.scale,
+        table.sign,
+        findings.where(path),
+    )
+
+
+def _factor(unit: str, expected: str, path: KeyPath, findings: Findings) -> float:
+    try:
+        factor = si_factor(unit, expected)
+    except UnitError as error:
+        findings.error(path, error.code, error.message, error.hint)
+        return 1.0
+    if not (math.isfinite(factor) and factor > 0):
+        findings.error(path, "SD201", f"unit {quoted(unit)} is out of range")
+        return 1.0
+    return factor
+
+
+def _check_columns(table: RecordingTable, findings: Findings) -> None:
+    first: dict[str, KeyPath] = {table.time.column: ("recording", "time", "column")}
+    for i, channel in enumerate(table.channel):
+        path = ("recording", "channel", i, "column")
+        other = first.setdefault(channel.column, path)
+        if other != path:
+            findings.error(
+                path, "SD106", f"column {quoted(channel.column)} is used twice, first at {findings.where(other)}"
+            )
+
+
+def _check_measured_once(channels: Sequence[Channel], findings: Findings) -> None:
+    first: dict[tuple[Quantity, str, Side], int] = {}
+    for i, channel in enumerate(channels):
+        other = first.setdefault((channel.quantity, channel.joint, channel.side), i)
+        if other != i:
+            where = findings.where(("recording", "channel", other))
+            what = f"{channel.quantity} of {quoted(channel.joint)} ({channel.side} side)"
+            findings.error(("recording", "channel", i), "SD106", f"{what} is measured twice, first at {where}")

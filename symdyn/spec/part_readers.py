@@ -1,0 +1,187 @@
+"""Reads the parts of one joint: link, drive train, actuator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.base.wording import did_you_mean, quoted
+from symdyn.spec.field_units import ACTUATOR_INPUTS, FieldUnit, gain_units, unit_of
+from symdyn.spec.numbers import NumberReader, Slot
+from symdyn.spec.records import (
+    JOINT_END,
+    ONE,
+    Actuator,
+    Drive,
+    InertiaAbout,
+    Link,
+    Monomial,
+    Motion,
+    Motor,
+    Rotor,
+    Shaft,
+)
+from symdyn.spec.schema import ActuatorTable, DriveTable, LinkTable, MotorTable, RotorTable, Scalar, ShaftTable
+from symdyn.spec.toml_positions import KeyPath
+
+_AXES = ("x", "y", "z")
+_MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+@dataclass(frozen=True, slots=True)
+class JointContext:
+    """What the readers of a joint's parts share."""
+
+    path: KeyPath
+    name: str
+    motion: Motion
+    numbers: NumberReader
+
+    def unit(self, field: FieldUnit) -> str:
+        return unit_of(field, self.motion)
+
+
+def read_link(table: LinkTable, joint: JointContext) -> Link:
+    path, owner, read = (*joint.path, "link"), (joint.name,), joint.numbers.read
+    mass = read(table.mass, Slot((*path, "mass"), owner, "mass", "kg", "m", f"mass of {joint.name}"))
+    com = [
+        read(
+            value,
+            Slot(
+                (*path, "com", i), owner, f"com_{axis}", "m", f"r_{{{axis}}}", f"centre of mass of {joint.name}, {axis}"
+            ),
+        )
+        for i, (axis, value) in enumerate(zip(_AXES, table.com, strict=True))
+    ]
+    inertia = [
+        read(
+            getattr(table.inertia, entry),
+            Slot(
+                (*path, "inertia", entry),
+                owner,
+                f"inertia_{entry}",
+                "kg m^2",
+                f"I_{{{entry}}}",
+                f"inertia of {joint.name}, {entry}",
+            ),
+        )
+        for entry in _MOMENTS
+    ]
+    return Link(
+        mass,
+        (com[0], com[1], com[2]),
+        (inertia[0], inertia[1], inertia[2], inertia[3], inertia[4], inertia[5]),
+        InertiaAbout(table.inertia.about),
+    )
+
+
+def read_actuator(table: ActuatorTable, joint: JointContext) -> Actuator:
+    units = gain_units(joint.motion)
+    slot = Slot(
+        (*joint.path, "actuator", "gain"), (joint.name,), "actuator_gain", units[0], "G", f"drive gain of {joint.name}"
+    )
+    gain, unit = joint.numbers.read_in_one_of(table.gain, slot, units)
+    return Actuator(gain, ACTUATOR_INPUTS[units.index(unit)])
+
+
+def read_drive(table: DriveTable, joint: JointContext) -> Drive:
+    path = (*joint.path, "drive")
+    drive = Drive(
+        _read_ratio(table.ratio, path, joint),
+        tuple(_read_rotor(rotor, (*path, "rotors", i), joint) for i, rotor in enumerate(table.rotors)),
+        tuple(_read_shaft(shaft, (*path, "shafts", i), joint) for i, shaft in enumerate(table.shafts)),
+        _read_motor(table.motor, (*path, "motor"), joint) if table.motor is not None else None,
+    )
+    if _ends_exist(drive, path, joint):
+        _check_connected(drive, path, joint)
+    return drive
+
+
+def _read_ratio(value: Scalar, path: KeyPath, joint: JointContext) -> Monomial:
+    if not isinstance(value, str) and value == 1:
+        return ONE
+    slot = Slot((*path, "ratio"), (joint.name,), "drive_ratio", "1", "N", f"motor turns per turn of {joint.name}")
+    return joint.numbers.read(value, slot)
+
+
+def _read_rotor(table: RotorTable, path: KeyPath, joint: JointContext) -> Rotor:
+    inertia = _read_part(table.name, "inertia", table.inertia, joint.unit(FieldUnit.INERTIA), "J", path, joint)
+    return Rotor(table.name, inertia, table.fixed_to_joint)
+
+
+def _read_shaft(table: ShaftTable, path: KeyPath, joint: JointContext) -> Shaft:
+    stiffness = _read_part(table.name, "stiffness", table.stiffness, joint.unit(FieldUnit.STIFFNESS), "c", path, joint)
+    damping = _read_part(table.name, "damping", table.damping, joint.unit(FieldUnit.DAMPING), "d", path, joint)
+    return Shaft(table.name, table.start, table.end, stiffness, damping)
+
+
+def _read_motor(table: MotorTable, path: KeyPath, joint: JointContext) -> Motor:
+    return Motor(
+        table.name,
+        table.at,
+        _read_part(table.name, "resistance", table.resistance, "Ohm", "R", path, joint),
+        _read_part(table.name, "inductance", table.inductance, "H", "L", path, joint),
+        _read_part(
+            table.name,
+            "torque_constant",
+            table.torque_constant,
+            joint.unit(FieldUnit.TORQUE_CONSTANT),
+            "K_{T}",
+            path,
+            joint,
+        ),
+        _read_part(
+            table.name,
+            "back_emf_constant",
+            table.back_emf_constant,
+            joint.unit(FieldUnit.BACK_EMF_CONSTANT),
+            "K_{E}",
+            path,
+            joint,
+        ),
+    )
+
+
+def _read_part(
+    part: str, key: str, value: Scalar, unit: str, symbol: str, path: KeyPath, joint: JointContext
+) -> Monomial:
+    meaning = f"{key.replace('_', ' ')} of {joint.name}.{part}"
+    return joint.numbers.read(value, Slot((*path, key), (joint.name, part), key, unit, symbol, meaning))
+
+
+def _ends_exist(drive: Drive, path: KeyPath, joint: JointContext) -> bool:
+    """Whether the shafts and the motor hold on to rotors that exist, or to the joint."""
+    ends = [*(rotor.name for rotor in drive.rotors), JOINT_END]
+    named: list[tuple[KeyPath, str]] = []
+    for i, shaft in enumerate(drive.shafts):
+        named += [((*path, "shafts", i, "from"), shaft.start), ((*path, "shafts", i, "to"), shaft.end)]
+        if shaft.start == shaft.end:
+            joint.numbers.findings.error(
+                (*path, "shafts", i), "SD111", f"shaft {quoted(shaft.name)} begins and ends at {quoted(shaft.end)}"
+            )
+    if drive.motor is not None:
+        named.append(((*path, "motor", "at"), drive.motor.at))
+    unknown = [(end_path, end) for end_path, end in named if end not in ends]
+    for end_path, end in unknown:
+        hint = did_you_mean(end, ends, "rotors")
+        joint.numbers.findings.error(end_path, "SD104", f"no rotor {quoted(end)} in this drive", hint)
+    return not unknown
+
+
+def _check_connected(drive: Drive, path: KeyPath, joint: JointContext) -> None:
+    """Every rotor is held to the joint, through shafts or fixed."""
+    reached = {JOINT_END, *(rotor.name for rotor in drive.rotors if rotor.fixed_to_joint)}
+    while True:
+        further = {
+            end for shaft in drive.shafts for end in (shaft.start, shaft.end) if reached & {shaft.start, shaft.end}
+        } - reached
+        if not further:
+            break
+        reached |= further
+    for i, rotor in enumerate(drive.rotors):
+        if rotor.name not in reached:
+            joint.numbers.findings.error(
+                (*path, "rotors", i),
+                "SD111",
+                f"rotor {quoted(rotor.name)} is not connected to the joint",
+                f'add a shaft that leads to "{JOINT_END}", or fixed_to_joint = true',
+            )

@@ -1,0 +1,127 @@
+"""Physical sense of a robot's numbers, as far as they are known: signs, inertias, gears, motor constants."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.base.wording import quoted
+from symdyn.spec.findings import Findings
+from symdyn.spec.monomials import value_of
+from symdyn.spec.number_paths import number_paths
+from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot
+from symdyn.spec.toml_positions import KeyPath
+
+_NOT_NEGATIVE = frozenset({"mass", "inertia", "stiffness", "damping", "resistance", "inductance"})
+_ROUNDING = 1e-6  # relative; numbers in files are printed ones
+_CONSTANTS_APART = 0.2
+
+Values = dict[str, float | None]
+Tensor = npt.NDArray[np.float64]  # shape (3, 3)
+
+
+def check_physics(robot: Robot, findings: Findings) -> None:
+    """Add what cannot be (errors) and what is doubtful (warnings)."""
+    values: Values = {parameter.name: parameter.value for parameter in robot.parameters}
+    for path, monomial in number_paths(robot):
+        value = value_of(monomial, values)
+        if path[0] == "joint" and path[-1] in _NOT_NEGATIVE and value is not None and value < 0:
+            findings.error(path, "SD203", f"{path[-1]} is {value:g}, must not be negative")
+    for i, joint in enumerate(robot.joints):
+        path = ("joint", i)
+        _check_inertia(joint.link, joint.name, (*path, "link", "inertia"), values, findings)
+        if joint.drive is not None:
+            _check_ratio(joint.drive.ratio, (*path, "drive", "ratio"), values, findings)
+            if joint.drive.motor is not None:
+                _check_motor(joint.drive.motor, (*path, "drive", "motor"), values, findings)
+
+
+def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, findings: Findings) -> None:
+    tensor = _tensor(link, values)
+    if tensor is None or not tensor.any():
+        return
+    moments = np.linalg.eigvalsh(tensor)
+    if moments[0] < -_ROUNDING * abs(moments).max():
+        findings.error(
+            path,
+            "SD212",
+            f"the inertia of {quoted(name)} has a negative principal moment, {moments[0]:g} kg m^2",
+            "products of inertia stand with their sign as in the matrix",
+        )
+        return
+    written = sum(not entry.is_zero for entry in link.inertia[:3])
+    if link.about is InertiaAbout.JOINT and written == 3:
+        shifted = _about_com(tensor, link, values)
+        if shifted is None:
+            return
+        moments = np.linalg.eigvalsh(shifted)
+        if moments[0] < -_ROUNDING * np.trace(tensor):
+            findings.warning(
+                path,
+                "SD213",
+                f"the centre of mass of {quoted(name)} is too far out for this inertia about the joint",
+                f"about its centre of mass a principal moment would be {moments[0]:g} kg m^2",
+            )
+            return
+    elif link.about is InertiaAbout.JOINT or written < 2:
+        return  # a model of one axis: only what that axis feels is given
+    small, middle, large = (float(moment) for moment in moments)
+    if small + middle < large * (1 - _ROUNDING):
+        findings.warning(
+            path,
+            "SD211",
+            f"no body has the principal moments of {quoted(name)}: {small:.4g} + {middle:.4g} < {large:.4g} kg m^2,"
+            f" by {100 * (1 - (small + middle) / large):.2g} %",
+            "each is at most the sum of the other two",
+        )
+
+
+def _tensor(link: Link, values: Values) -> Tensor | None:
+    entries = [value_of(entry, values) for entry in link.inertia]
+    known = [entry for entry in entries if entry is not None and math.isfinite(entry)]
+    if len(known) < len(entries):
+        return None
+    xx, yy, zz, xy, xz, yz = known
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _about_com(tensor: Tensor, link: Link, values: Values) -> Tensor | None:
+    """Huygens-Steiner: from the joint to the centre of mass."""
+    mass = value_of(link.mass, values)
+    coordinates = [value_of(coordinate, values) for coordinate in link.com]
+    known = [coordinate for coordinate in coordinates if coordinate is not None]
+    if mass is None or len(known) < len(coordinates):
+        return None
+    com = np.array(known)
+    with np.errstate(over="ignore", invalid="ignore"):
+        shifted: Tensor = tensor - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return shifted if np.isfinite(shifted).all() else None
+
+
+def _check_ratio(ratio: Monomial, path: KeyPath, values: Values, findings: Findings) -> None:
+    value = value_of(ratio, values)
+    if value == 0:
+        findings.error(path, "SD231", "the gear ratio is 0", "motor turns per joint turn; 1 where there is no gear")
+    elif value is not None and abs(value) < 1:
+        findings.warning(
+            path,
+            "SD231",
+            f"the gear ratio is {value:g}: the joint turns faster than its motor",
+            f"ratio is motor turns per joint turn; {1 / value:.6g}?",
+        )
+
+
+def _check_motor(motor: Motor, path: KeyPath, values: Values, findings: Findings) -> None:
+    torque, back_emf = (value_of(constant, values) for constant in (motor.torque_constant, motor.back_emf_constant))
+    if torque is None or back_emf is None or not torque or not back_emf:
+        return
+    apart = abs(torque - back_emf) / max(abs(torque), abs(back_emf))
+    if apart > _CONSTANTS_APART:
+        findings.warning(
+            (*path, "back_emf_constant"),
+            "SD232",
+            f"torque constant {torque:g} and back-EMF constant {back_emf:g} are {100 * apart:.0f} % apart in SI units",
+            "an ideal motor has them equal; is one of them per rpm, or per thousand rpm?",
+        )

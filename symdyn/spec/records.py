@@ -1,0 +1,237 @@
+"""The robot as frozen data: what a TOML file says, checked, in SI units, with named parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+
+from symdyn.base.errors import Where
+
+
+class Motion(StrEnum):
+    """What a place moves in; it decides the units of the effects attached there."""
+
+    ROTATIONAL = "rotational"
+    TRANSLATIONAL = "translational"
+    ELECTRICAL = "electrical"
+
+
+class PlaceKind(StrEnum):
+    """Where an effect may attach."""
+
+    JOINT = "joint"
+    INERTIA = "inertia"
+    SHAFT = "shaft"
+    CIRCUIT = "circuit"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """An address in the robot: ``"axis1"`` (a joint) or ``"axis1.motor"`` (an element of its drive)."""
+
+    address: str
+    kind: PlaceKind
+    motion: Motion
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A named number in SI units; ``value`` is None when it is left free (symbolic)."""
+
+    name: str
+    value: float | None
+    unit: str
+    latex: str
+    meaning: str = ""
+    where: Where | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Monomial:
+    """``coefficient * product(parameter ** power)``: every number of a robot, as written in its file.
+
+    A structural zero has coefficient 0 and no factors; a plain number that is no parameter (a DH
+    twist of 90 degrees) has no factors either.
+    """
+
+    coefficient: Fraction | float
+    factors: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def is_zero(self) -> bool:
+        return self.coefficient == 0
+
+
+ZERO = Monomial(Fraction(0))
+ONE = Monomial(Fraction(1))
+
+
+class JointKind(StrEnum):
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+
+
+class Convention(StrEnum):
+    """Denavit-Hartenberg: standard (frame at the link's far end) or modified (Craig; at its near end)."""
+
+    STANDARD = "standard"
+    MODIFIED = "modified"
+
+
+@dataclass(frozen=True, slots=True)
+class DHRow:
+    """One row of a DH table; the column of the joint variable holds its offset."""
+
+    theta: Monomial
+    d: Monomial
+    a: Monomial
+    alpha: Monomial
+
+
+class InertiaAbout(StrEnum):
+    COM = "com"
+    JOINT = "joint"  # the origin of the link's DH frame, axes parallel to it
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """Inertial parameters in the link's DH frame: mass, centre of mass, inertia tensor entries.
+
+    ``inertia`` is (xx, yy, zz, xy, xz, yz): entries of the tensor (products with their sign as in
+    the matrix), about the centre of mass or about the frame's origin.
+    """
+
+    mass: Monomial = ZERO
+    com: tuple[Monomial, Monomial, Monomial] = (ZERO, ZERO, ZERO)
+    inertia: tuple[Monomial, Monomial, Monomial, Monomial, Monomial, Monomial] = (ZERO,) * 6
+    about: InertiaAbout = InertiaAbout.COM
+
+
+@dataclass(frozen=True, slots=True)
+class Rotor:
+    """A lumped inertia of a drive train; ``fixed_to_joint``: it has no coordinate of its own."""
+
+    name: str
+    inertia: Monomial
+    fixed_to_joint: bool = False
+
+
+JOINT_END = "joint"  # the name by which a shaft or motor refers to the link side of its drive
+
+
+@dataclass(frozen=True, slots=True)
+class Shaft:
+    """A spring and damper between two rotors (or the joint), seed fig. 6: c_i and d_i."""
+
+    name: str
+    start: str
+    end: str
+    stiffness: Monomial
+    damping: Monomial
+
+
+@dataclass(frozen=True, slots=True)
+class Motor:
+    """Permanent-magnet d.c. motor (seed fig. 5): the circuit, and the rotor that its torque acts on."""
+
+    name: str
+    at: str
+    resistance: Monomial
+    inductance: Monomial
+    torque_constant: Monomial
+    back_emf_constant: Monomial
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A drive train: rotors and shafts in motor-side coordinates, ``ratio`` motor turns per joint turn."""
+
+    ratio: Monomial
+    rotors: tuple[Rotor, ...]
+    shafts: tuple[Shaft, ...]
+    motor: Motor | None
+
+
+@dataclass(frozen=True, slots=True)
+class Actuator:
+    """A proportional actuator at the joint: effort = gain * input."""
+
+    gain: Monomial
+    input_unit: str  # "V", "A", ...
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    name: str
+    kind: JointKind
+    dh: DHRow
+    link: Link
+    drive: Drive | None = None
+    actuator: Actuator | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EffectSpec:
+    """An effect named at a place, with its parameter values (in the order of its declaration)."""
+
+    type: str
+    at: str
+    values: tuple[tuple[str, Monomial], ...]
+    where: Where | None = None
+
+
+class Quantity(StrEnum):
+    """What a channel of a recording measures."""
+
+    POSITION = "position"
+    VELOCITY = "velocity"
+    EFFORT = "effort"  # torque or force
+    VOLTAGE = "voltage"
+    CURRENT = "current"
+
+
+class Side(StrEnum):
+    LINK = "link"
+    MOTOR = "motor"
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One column of a recording: SI value = sign * scale * factor(unit) * column."""
+
+    column: str
+    quantity: Quantity
+    joint: str
+    side: Side
+    unit: str
+    factor: float  # of the unit, to SI
+    scale: float = 1.0
+    sign: int = 1
+    where: Where | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelMap:
+    """Which column is time, and what each other column measures."""
+
+    time_column: str
+    time_factor: float
+    channels: tuple[Channel, ...]
+    where: Where | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A serial robot with its drives: the one input of every derivation."""
+
+    name: str
+    description: str
+    convention: Convention
+    gravity: tuple[Monomial, Monomial, Monomial]  # acceleration of gravity in the base frame
+    joints: tuple[Joint, ...]
+    effects: tuple[EffectSpec, ...]
+    parameters: tuple[Parameter, ...]
+    channels: ChannelMap | None = None
+    text: str = ""  # the TOML it was read from: a diagnosis edits this, comments kept
+    where: Where | None = None
