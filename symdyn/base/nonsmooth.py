@@ -143,17 +143,18 @@ def is_smooth(expression: sympy.Expr) -> bool:
 
 def absorb(expression: sympy.Expr) -> sympy.Expr:
     """``out_s(x)`` is idempotent, and absorbed by ``dz_s(x)``: products that a chain rule makes get short again."""
-    product = sympy.Mul.make_args
-    terms = []
-    for term in sympy.Add.make_args(sympy.expand_mul(expression) if expression.has(outside) else expression):
-        gaps = {factor.args for factor in product(term) if isinstance(factor, deadzone)}
-        kept = []
-        for factor in product(term):
-            base, _ = factor.as_base_exp()
-            if isinstance(base, outside):
-                if base.args not in gaps:
-                    kept.append(base)
-            else:
-                kept.append(factor)
-        terms.append(sympy.Mul(*kept))
-    return sympy.Add(*terms)
+    return expression.replace(lambda e: (e.is_Mul or e.is_Pow) and e.has(outside), _absorb_product)
+
+
+def _absorb_product(product: sympy.Expr) -> sympy.Expr:
+    factors = sympy.Mul.make_args(product)
+    gaps = {factor.args for factor in factors if isinstance(factor, deadzone)}
+    kept: list[sympy.Expr] = []
+    for factor in factors:
+        base, exponent = factor.as_base_exp()
+        if isinstance(base, outside) and exponent.is_positive:
+            if base.args not in gaps and base not in kept:
+                kept.append(base)
+        else:
+            kept.append(factor)
+    return sympy.Mul(*kept)

@@ -31,8 +31,9 @@ def energies(robot: Robot, steps: Steps) -> tuple[sp.Expr, sp.Expr]:
         velocity = steps.vector(f"v_{i}", velocity + omega.cross(frame.after), f"{label}: velocity of its frame")
         kinetic += link.mass * velocity.dot(velocity) / 2
         kinetic += velocity.dot(omega.cross(link.first_moment)) + omega.dot(link.inertia * omega) / 2
-        origin = steps.vector(f"x_{i}", origin + orientation * (frame.before + rotation * frame.after), f"{label}: its origin")
+        origin = steps.vector(
+            f"x_{i}", origin + orientation * (frame.before + rotation * frame.after), f"{label}: its origin"
+        )
         orientation = name_matrix(f"Q_{i}", orientation * rotation, f"{label}: orientation", steps)
         potential -= gravity.dot(link.mass * origin + orientation * link.first_moment)
     return kinetic, potential
-

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from symdyn.base import symbols
 from symdyn.base.nonsmooth import is_smooth
 from symdyn.physics import effect
 from symdyn.physics.effect import PORT
-from symdyn.base import symbols
 from symdyn.spec.records import Robot
 
 

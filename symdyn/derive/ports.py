@@ -42,6 +42,7 @@ def ports(robot: Robot) -> Mapping[str, Port]:
         ratio = expression(joint.drive.ratio)
         output = Port(ratio * found[joint.name].x, ratio * found[joint.name].v)
         ends = {JOINT_END: output}
+        found[f"{joint.name}.{JOINT_END}"] = output
         for rotor in joint.drive.rotors:
             address = f"{joint.name}.{rotor.name}"
             ends[rotor.name] = found[address] = output if rotor.fixed_to_joint else _port(free[address])
@@ -66,7 +67,8 @@ def attachments(robot: Robot) -> tuple[Attachment, ...]:
             states += 1
             state = symbols.hidden(states)
         control = controls[address.partition(".")[0]] if item.input_unit() is not None else None
-        named = {name: expression(value) for name, value in values}
+        named = {p.name: symbols.number(p.default) for p in item.parameters if p.default is not None}
+        named |= {name: expression(value) for name, value in values}
         found.append(Attachment(item, address, at[address], named, control, state))
     return _through_transmissions(found)
 
@@ -92,10 +94,9 @@ def _drive_effects(joint: str, drive: Drive) -> Iterator[tuple[str, str, tuple[t
         yield "viscous_friction", f"{joint}.{shaft.name}", (("coefficient", shaft.damping),)
     if drive.motor is not None:
         motor = drive.motor
-        address = joint if motor.at == JOINT_END else f"{joint}.{motor.at}"
         yield (
             "dc_motor",
-            address,
+            f"{joint}.{motor.at}",
             (
                 ("resistance", motor.resistance),
                 ("inductance", motor.inductance),

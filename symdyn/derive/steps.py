@@ -13,7 +13,7 @@ class Step:
 
     symbol: sp.Symbol
     expression: sp.Expr
-    origin: str = ""
+    origin: str
 
 
 class Steps:
@@ -21,12 +21,21 @@ class Steps:
 
     def __init__(self) -> None:
         self._steps: list[Step] = []
+        self._taken: set[str] = set()
 
     def name(self, name: str, expression: sp.Expr, origin: str) -> sp.Expr:
-        """The symbol ``name`` for an expression; numbers, symbols and their negatives stay themselves."""
+        """The symbol ``name`` for an expression; numbers, symbols and their negatives stay themselves.
+
+        A name that is taken (one effect twice at one place) is numbered: ``name_2``, ``name_3``, ...
+        """
         if expression.is_Atom or (-expression).is_Atom:
             return expression
-        symbol = sp.Symbol(name, real=True)
+        free, count = name, 1
+        while free in self._taken:
+            count += 1
+            free = f"{name}_{count}"
+        self._taken.add(free)
+        symbol = sp.Symbol(free, real=True)
         self._steps.append(Step(symbol, expression, origin))
         return symbol
 

@@ -38,6 +38,14 @@ class Kernel:
         return tuple(self.module.COORDINATES)
 
     @property
+    def effort_units(self) -> tuple[str, ...]:
+        return tuple(self.module.EFFORT_UNITS)
+
+    @property
+    def output_units(self) -> tuple[str, ...]:
+        return tuple(self.module.OUTPUT_UNITS)
+
+    @property
     def states(self) -> tuple[str, ...]:
         return tuple(self.module.STATES)
 

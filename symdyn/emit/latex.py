@@ -48,7 +48,9 @@ def equations_of_motion(equations: EquationsOfMotion) -> tuple[Equation, ...]:
     intermediates, which the kernel names.
     """
     printer = Printer(equations)
-    found = [Equation(place, _signed(printer, left), _signed(printer, right)) for place, left, right in sides(equations)]
+    found = [
+        Equation(place, _signed(printer, left), _signed(printer, right)) for place, left, right in sides(equations)
+    ]
     count = len(equations.states)
     for i, state in enumerate(equations.states, start=len(found) - count):
         left = (rf"{printer(state.storage)} \, \dot{{{printer(state.symbol)}}}",)
@@ -98,9 +100,7 @@ def coefficients(equations: EquationsOfMotion) -> tuple[Equation, ...]:
 def document(equations: EquationsOfMotion) -> str:
     """A complete LaTeX document: coordinates, parameters, equations, coefficients of the arm."""
     robot = equations.robot
-    displayed = "\n\n".join(
-        f"\\paragraph{{{escape(e.title)}}}\n{e.latex()}" for e in equations_of_motion(equations)
-    )
+    displayed = "\n\n".join(f"\\paragraph{{{escape(e.title)}}}\n{e.latex()}" for e in equations_of_motion(equations))
     of_arm = "\n\n".join(e.latex() for e in coefficients(equations)) or "None: see the kernel for its intermediates."
     rows = [
         f"${p.latex}$ & {'free' if p.value is None else _number(p.value)} & {escape(p.unit)} & {escape(p.meaning)} \\\\"

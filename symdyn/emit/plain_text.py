@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy as sp
 
 from symdyn.derive.equations import EquationsOfMotion
@@ -13,7 +15,9 @@ class _Text:
     """Prints expressions with parameters under their own names."""
 
     def __init__(self, equations: EquationsOfMotion) -> None:
-        self._names = {s: sp.Symbol(p.name) for s, p in zip(equations.parameters, equations.robot.parameters, strict=True)}
+        self._names = {
+            s: sp.Symbol(p.name) for s, p in zip(equations.parameters, equations.robot.parameters, strict=True)
+        }
 
     def __call__(self, expression: sp.Expr) -> str:
         return str(sp.sstr(sp.sympify(expression).xreplace(self._names)))
@@ -22,9 +26,7 @@ class _Text:
 def equations(of: EquationsOfMotion) -> list[tuple[str, str]]:
     """(place, "left = right") of every coordinate and hidden state."""
     text = _Text(of)
-    return [
-        (place, f"{_sum(text, left)} = {_sum(text, right)}") for place, left, right in latex.sides(of)
-    ]
+    return [(place, f"{_sum(text, left)} = {_sum(text, right)}") for place, left, right in latex.sides(of)]
 
 
 def steps(of: EquationsOfMotion) -> list[tuple[str, str, str]]:
@@ -34,9 +36,9 @@ def steps(of: EquationsOfMotion) -> list[tuple[str, str, str]]:
     return [(str(s.symbol), text(s.expression), s.origin) for s in found]
 
 
-def catalogue_rows() -> list[dict[str, object]]:
+def catalogue_rows() -> list[dict[str, Any]]:
     """What people need to know of every effect."""
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     for effect in catalogue().values():
         rows.append(
             {

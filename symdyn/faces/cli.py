@@ -23,7 +23,7 @@ Model = Annotated[str, typer.Argument(help="A robot.toml, or the name of a bundl
 Json = Annotated[bool, typer.Option("--json", help="Print the facts as JSON on stdout.")]
 Map = Annotated[
     Path | None,
-    typer.Option("--map", help="Channel map (TOML with a [recording] table); default: FILE.toml beside the recording, else the model's own."),
+    typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
 ]  # fmt: skip
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
 
@@ -36,7 +36,9 @@ def _version(asked: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
 ) -> None:
     pass  # --debug is read by main()
@@ -44,7 +46,9 @@ def _options(
 
 @app.command()
 def check(
-    model: Annotated[str | None, typer.Argument(help="A robot.toml or a bundled machine; none: list the machines.")] = None,
+    model: Annotated[
+        str | None, typer.Argument(help="A robot.toml or a bundled machine; none: list the machines.")
+    ] = None,
     recording: Annotated[list[Path] | None, typer.Argument(help="Recordings to check with it.")] = None,
     channel_map: Map = None,
     json: Json = False,
@@ -56,7 +60,11 @@ def check(
 
 
 @app.command()
-def derive(model: Model, steps: Annotated[bool, typer.Option("--steps", help="Show the Newton-Euler intermediates.")] = False, json: Json = False) -> None:
+def derive(
+    model: Model,
+    steps: Annotated[bool, typer.Option("--steps", help="Show the Newton-Euler intermediates.")] = False,
+    json: Json = False,
+) -> None:
     """Derive the equations of motion and print them for reading."""
     from symdyn.faces import model_commands
 
@@ -66,7 +74,9 @@ def derive(model: Model, steps: Annotated[bool, typer.Option("--steps", help="Sh
 @app.command()
 def generate(
     models: Annotated[list[str] | None, typer.Argument(help="Robots to generate.")] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write to; a folder per robot is made in it.")] = Path("generated"),
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder to write to; a folder per robot is made in it.")
+    ] = Path("generated"),
     everything: Annotated[bool, typer.Option("--all", help="All bundled machines.")] = False,
     json: Json = False,
 ) -> None:
@@ -77,7 +87,10 @@ def generate(
 
 
 @app.command()
-def latex(model: Model, out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; default: stdout.")] = None) -> None:
+def latex(
+    model: Model,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; default: stdout.")] = None,
+) -> None:
     """Print the equations as a LaTeX document."""
     from symdyn.faces import model_commands
 
@@ -97,9 +110,15 @@ def simulate(
     model: Model,
     duration: Annotated[float, typer.Option("--duration", "-t", help="Seconds.")] = 1.0,
     step: Annotated[float, typer.Option("--step", help="Seconds between the rows of the result.")] = 1e-3,
-    input: Annotated[list[str] | None, typer.Option("--input", "-u", help="NAME=VALUE holds an input (V, A, N m or N); repeatable.")] = None,
-    start: Annotated[list[str] | None, typer.Option("--start", "-x", help="NAME=VALUE sets a state at t = 0; repeatable.")] = None,
-    smoothing: Annotated[float, typer.Option("--smoothing", help="Width over which jumps (friction, contact) are smoothed, in SI units.")] = 1e-3,
+    input: Annotated[
+        list[str] | None, typer.Option("--input", "-u", help="NAME=VALUE holds an input (V, A, N m or N); repeatable.")
+    ] = None,
+    start: Annotated[
+        list[str] | None, typer.Option("--start", "-x", help="NAME=VALUE sets a state at t = 0; repeatable.")
+    ] = None,
+    smoothing: Annotated[
+        float, typer.Option("--smoothing", help="Width over which jumps (friction, contact) are smoothed, in SI units.")
+    ] = 1e-3,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="CSV file to write; default: stdout.")] = None,
     json: Json = False,
 ) -> None:
@@ -121,12 +140,17 @@ def identify(model: Model, recording: Path, channel_map: Map = None, band: Band 
 def diagnose(
     model: Model,
     recording: Path,
-    holdout: Annotated[Path, typer.Option("--holdout", help="Another recording of the same machine: it judges, nothing is fitted to it.")],
+    holdout: Annotated[
+        Path,
+        typer.Option("--holdout", help="Another recording of the same machine: it judges, nothing is fitted to it."),
+    ],
     channel_map: Map = None,
     band: Band = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write the HTML report here.")] = None,
     model_out: Annotated[Path | None, typer.Option("--model-out", help="Write the diagnosed robot.toml here.")] = None,
-    generate: Annotated[Path | None, typer.Option("--generate", help="Write the kernel of the diagnosed robot into this folder.")] = None,
+    generate: Annotated[
+        Path | None, typer.Option("--generate", help="Write the kernel of the diagnosed robot into this folder.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
@@ -139,7 +163,9 @@ def diagnose(
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report and the diagnosed model.")] = Path("out/demo"),
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report and the diagnosed model.")] = Path(
+        "out/demo"
+    ),
     json: Json = False,
 ) -> None:
     """Diagnose the recording that ships with symdyn: an arm in which one effect is concealed."""

@@ -115,10 +115,7 @@ def effects(json: bool) -> None:
     if json:
         print_json(rows)
         return
-    shown = [
-        (str(r["effect"]), ", ".join(r["at"]), ", ".join(r["parameters"]), str(r["signature"]))  # type: ignore[arg-type, call-overload]
-        for r in rows
-    ]
+    shown = [(r["effect"], ", ".join(r["at"]), ", ".join(r["parameters"]), r["signature"]) for r in rows]
     print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown)
 
 

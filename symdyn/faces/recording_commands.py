@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from symdyn import compiler
-from symdyn.base.errors import UsageError, Problem
+from symdyn.base.errors import Problem, UsageError
 from symdyn.base.files import write_atomically
 from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
 from symdyn.faces.recordings import open_recording
-from symdyn.faces.words import percent, quantity_text, verdict_sentence
+from symdyn.faces.words import effect_title, percent, quantity_text, verdict_sentence
 from symdyn.numeric.findings import Diagnosis, Verdict
 
 DEMO = Path(__file__).parent.parent / "demo"
@@ -101,10 +101,21 @@ def show(result: Diagnosis) -> None:
     ]
     print_table("", ("where", "what", "with", "held-out error"), rows)
     for finding in result.findings:
+        for other in finding.alternatives:
+            out.print(
+                f"instead of {finding.title} at {finding.place}, {effect_title(other.effect)} at {other.place} "
+                f"would have left {percent(other.heldout)}",
+                style="dim",
+                markup=False,
+            )
         for rival in finding.rivals:
-            out.print(f"cannot tell {finding.title} at {finding.place} from {rival.effect} at {rival.place}", markup=False)
+            out.print(
+                f"cannot tell {finding.title} at {finding.place} from {rival.effect} at {rival.place}", markup=False
+            )
     left = result.remaining
     shape = f", {percent(left.share)} of its power follows the {left.variable}" if left.variable else ""
-    out.print(f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False)
+    out.print(
+        f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False
+    )
     for alarm in result.alarms:
         out.print(f"note: {alarm}", markup=False)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
@@ -42,7 +43,7 @@ def run(
     kernel = compiler.compile_robot(robot, smoothing=smoothing).kernel()
     u = _named(inputs, kernel.inputs, "--input")
     x = _named(start, kernel.states, "--start")
-    time = step * np.arange(round(duration / step) + 1)
+    time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     with status(json) as progress:
         shown = -1
 
@@ -67,7 +68,7 @@ def run(
     err.print(f"{len(time)} rows, jumps smoothed over {smoothing:g}: {path}", markup=False)
 
 
-def _named(given: list[str], names: tuple[str, ...], option: str) -> np.ndarray:
+def _named(given: list[str], names: tuple[str, ...], option: str) -> NDArray[np.float64]:
     """NAME=VALUE pairs as a vector over ``names``."""
     values = np.zeros(len(names))
     for item in given:

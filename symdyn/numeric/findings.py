@@ -41,6 +41,15 @@ class Rival:
 
 
 @dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another effect that would have earned the same step, and the relative held-out error it would have left."""
+
+    effect: str
+    place: str
+    heldout: float
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """A missing effect. Errors are relative, on held-out data, before and after it was added."""
 
@@ -52,6 +61,7 @@ class Finding:
     heldout_after: float
     p_value: float  # of "no gain" on the held-out data
     rivals: tuple[Rival, ...]
+    alternatives: tuple[Alternative, ...] = ()
 
     @property
     def heldout_gain(self) -> float:
@@ -128,6 +138,9 @@ class Diagnosis:
                     "heldout_after": f.heldout_after,
                     "p_value": f.p_value,
                     "rivals": [{"effect": r.effect, "place": r.place, "p_value": r.p_value} for r in f.rivals],
+                    "alternatives": [
+                        {"effect": a.effect, "place": a.place, "heldout": a.heldout} for a in f.alternatives
+                    ],
                 }
                 for f in self.findings
             ],

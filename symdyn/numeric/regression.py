@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, stats
+from scipy import linalg, optimize, stats
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, uppe
         return solution.estimate
     k = columns.shape[2]
     scaled = columns.reshape(-1, k) * size
-    triangle = np.linalg.qr(np.column_stack([scaled, target.reshape(-1)]), mode="r")
+    triangle = _triangle(scaled, target)
     # A whisper of a pull to zero keeps what the data do not tell in place.
     whisper = RANK_TOLERANCE * np.linalg.norm(scaled) * np.eye(k)
     found = optimize.lsq_linear(
@@ -79,7 +79,7 @@ def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solutio
     length = np.linalg.norm(design, axis=0)
     scale = np.where(length > 0, length, 1.0)
     # The triangular factor has the singular values of the design and is k x k.
-    triangle = np.linalg.qr(np.column_stack([design / scale, target.reshape(-1)]), mode="r")
+    triangle = _triangle(design / scale, target)
     u, s, vt = np.linalg.svd(triangle[:k, :k])
     keep = s > RANK_TOLERANCE * max(float(s.max(initial=0.0)), 1e-300)
     inverse = (vt[keep].T / s[keep]) / scale[:, None]
@@ -89,6 +89,12 @@ def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solutio
         estimate = estimate - lost @ np.linalg.lstsq(lost / size[:, None], estimate / size, rcond=None)[0]
     hidden = np.abs(vt[~keep]).max(axis=0, initial=0.0) > 1e-3
     return _Solution(estimate, inverse @ inverse.T, ~hidden & (length > 0))
+
+
+def _triangle(design: Array, target: Array) -> Array:
+    """(k + 1, k + 1) triangular factor of [design, target]: all that least squares needs of them."""
+    stacked = np.column_stack([design, target.reshape(-1)])
+    return np.asarray(linalg.qr(stacked, mode="r", check_finite=False)[0][: stacked.shape[1]])
 
 
 def long_run_covariance(scores: Array) -> Array:

@@ -48,9 +48,7 @@ class Trial:
 class Search:
     """Tries candidates on top of a current explanation, linearised at its parameters."""
 
-    def __init__(
-        self, bench: Workbench, p: Array, names: Sequence[str], weight: Array, joints: Sequence[str]
-    ) -> None:
+    def __init__(self, bench: Workbench, p: Array, names: Sequence[str], weight: Array, joints: Sequence[str]) -> None:
         self.bench, self.p, self.weight = bench, p, weight
         self.joints = tuple(joints)
         self.target = bench.residual(p) * weight

@@ -33,7 +33,7 @@ class Trajectory:
         groups = (
             (kernel.states, kernel.state_units, self.states),
             (kernel.inputs, kernel.input_units, self.inputs),
-            (kernel.outputs, tuple(kernel.module.OUTPUT_UNITS), self.outputs),
+            (kernel.outputs, kernel.output_units, self.outputs),
         )
         for names, units, values in groups:
             for i, (name, unit) in enumerate(zip(names, units, strict=True)):
@@ -83,7 +83,7 @@ def simulate(
             Problem(
                 "SD303",
                 f"the simulation stopped at t = {reached:.6g} s: {solution.message}",
-                hint=f"fastest state: {fastest}; a jump there needs a wider smoothing, an instability a look at the model",
+                hint=f"fastest state: {fastest}; a jump there needs a wider smoothing, or the model is unstable",
             )
         )
     states = np.ascontiguousarray(solution.y.T)

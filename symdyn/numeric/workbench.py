@@ -22,21 +22,22 @@ class Workbench:
         self.index = {name: i for i, name in enumerate(kernel.parameters)}
         o = observation
         self._motion = tuple(np.ascontiguousarray(a) for a in (o.q, o.qd, o.qdd))
-        self.effort = self._bring(o.tau)
+        self.effort = self.bring(o.tau)
         self._effects: dict[tuple[tuple[str, ...], tuple[str, float] | None], Array] = {}
 
     def raw_residual(self, p: Array) -> Array:
         """(N, n) measured effort less inverse dynamics, over the full band."""
-        return self.observation.tau - np.asarray(self.kernel.inverse_dynamics_p_batch(*self._motion, p))
+        required: Array = self.kernel.inverse_dynamics_p_batch(*self._motion, p)
+        return self.observation.tau - required
 
     def residual(self, p: Array) -> Array:
         """(K, n) the same in the analysis band."""
-        return self._bring(self.raw_residual(p))
+        return self.bring(self.raw_residual(p))
 
     def columns(self, p: Array, names: Sequence[str]) -> Array:
         """(K, n, k) d inverse dynamics / d parameter, in the analysis band."""
         jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
-        return self._bring(np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]]))
+        return self.bring(np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]]))
 
     def effect_columns(self, names: Sequence[str], shape: tuple[str, float] | None) -> Array:
         """(K, n, k) the columns of an effect's linear parameters, its ``shape`` parameter set to a value.
@@ -54,9 +55,10 @@ class Workbench:
             for name in names:
                 unit = p.copy()
                 unit[self.index[name]] += 1.0
-                columns.append(self._bring(self.kernel.inverse_dynamics_p_batch(*self._motion, unit) - base))
+                columns.append(self.bring(self.kernel.inverse_dynamics_p_batch(*self._motion, unit) - base))
             self._effects[key] = np.stack(columns, axis=2)
         return self._effects[key]
 
-    def _bring(self, values: Array) -> Array:
+    def bring(self, values: Array) -> Array:
+        """(N, ...) to (K, ...): into the analysis band, if there is one."""
         return values if self.band is None else self.band.bring(values, self.observation)

@@ -26,11 +26,11 @@ class Port:
     a force acts equal and opposite on the two sides.
     """
 
-    x: sp.Expr = symbols.local("x")
-    v: sp.Expr = symbols.local("v")
+    x: sp.Expr
+    v: sp.Expr
 
 
-PORT = Port()
+PORT = Port(symbols.local("x"), symbols.local("v"))
 
 
 @dataclass(frozen=True, slots=True)

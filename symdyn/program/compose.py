@@ -13,7 +13,7 @@ def inline(builder: Builder, program: Program, given: Mapping[str, int] | None =
     replaced = given or {}
     lines: list[int] = []
     for node in program.nodes:
-        if node.op is Op.INPUT and node.name in replaced:
+        if node.op is Op.INPUT and node.name is not None and node.name in replaced:
             lines.append(replaced[node.name])
         else:
             lines.append(builder.copy(node, tuple(lines[i] for i in node.args)))

@@ -42,7 +42,8 @@ def lower(
 ) -> Program:
     """The program of ``outputs`` (flat, row-major of ``shape``), which may use arguments and earlier steps.
 
-    Rational numbers become the nearest double, integer powers products, negative powers divisions.
+    Rational numbers become the nearest double, integer powers products, negative powers divisions; any
+    other power needs a base that SymPy knows to be positive.
     Raises ProgramError: SD811 for a symbol that is neither argument nor earlier step, or defined
     twice; SD812 for an expression with no meaning in a program; SD815 for an infinite number.
     """
@@ -96,9 +97,9 @@ class _Lowering:
         self._symbols[name] = value
 
     def _operands(self, expression: sympy.Basic) -> tuple[sympy.Basic, ...]:
-        """What must be lowered first; the exponent of a power is read from the expression itself."""
+        """What must be lowered first; the exponent of an ordinary power is read from the expression itself."""
         if expression.is_Pow:
-            return (expression.base,)
+            return (expression.base,) if (2 * expression.exp).is_Integer else expression.args
         return self._order.operands(expression)
 
     def _line(self, expression: sympy.Basic, operands: list[_Signed]) -> _Signed:
@@ -112,7 +113,9 @@ class _Lowering:
             factors = self._order.operands(expression)
             return self._product(list(zip(factors, operands, strict=True)))
         if expression.is_Pow:
-            return self._power(expression, operands[0])
+            return (
+                self._power(expression, operands[0]) if len(operands) == 1 else self._exponential(expression, operands)
+            )
         if isinstance(expression, (nonsmooth.deadzone, nonsmooth.outside)):
             return self._gap(expression, operands)
         return self._call(expression, operands)
@@ -143,7 +146,7 @@ class _Lowering:
         below: list[int] = []
         for factor, (sign, line) in factors:
             negative ^= sign
-            if factor.is_Pow and factor.exp.is_negative:
+            if factor.is_Pow and factor.exp.is_negative and (2 * factor.exp).is_Integer:
                 below.append(self.builder.args(line)[1])
             elif self.builder.value(line) != 1.0:
                 above.append(line)
@@ -152,10 +155,7 @@ class _Lowering:
 
     def _power(self, power: sympy.Pow, base: _Signed) -> _Signed:
         exponent = power.exp
-        doubled = 2 * exponent
-        if not doubled.is_Integer:
-            raise ProgramError("SD812", f"the exponent of {power} is not an integer or a half")
-        count = abs(int(doubled)) // 2
+        count = abs(int(2 * exponent)) // 2
         negative, line = base[0] and exponent.is_Integer and count % 2 == 1, base[1]
         parts = [self._repeated(line, count)] if count else []
         if not exponent.is_Integer:
@@ -166,6 +166,15 @@ class _Lowering:
         if exponent.is_negative:
             result = self._make(Op.DIV, self.builder.constant(1.0), result)
         return negative, result
+
+    def _exponential(self, power: sympy.Pow, operands: list[_Signed]) -> _Signed:
+        """Any exponent, where the base is known to be positive: exp(exponent * log(base))."""
+        if not power.base.is_positive:
+            raise ProgramError("SD812", f"{power}: the exponent is no integer or half, and the base may be negative")
+        logarithm = self._make(Op.LOG, self._plain(operands[0]))
+        negative, exponent = operands[1]
+        product = self._make(Op.MUL, exponent, logarithm)
+        return False, self._make(Op.EXP, self._plain((negative, product)))
 
     def _repeated(self, line: int, count: int) -> int:
         """``line ** count`` by repeated squaring."""

@@ -36,9 +36,6 @@ class JointContext:
     motion: Motion
     numbers: NumberReader
 
-    def unit(self, field: FieldUnit) -> str:
-        return unit_of(field, self.motion)
-
 
 def read_link(table: LinkTable, joint: JointContext) -> Link:
     path, owner, read = (*joint.path, "link"), (joint.name,), joint.numbers.read
@@ -83,6 +80,11 @@ def read_actuator(table: ActuatorTable, joint: JointContext) -> Actuator:
     return Actuator(gain, ACTUATOR_INPUTS[units.index(unit)])
 
 
+def drive_unit(field: FieldUnit) -> str:
+    """A drive turns, whatever its joint does: its ratio carries the conversion."""
+    return unit_of(field, Motion.ROTATIONAL)
+
+
 def read_drive(table: DriveTable, joint: JointContext) -> Drive:
     path = (*joint.path, "drive")
     drive = Drive(
@@ -99,18 +101,20 @@ def read_drive(table: DriveTable, joint: JointContext) -> Drive:
 def _read_ratio(value: Scalar, path: KeyPath, joint: JointContext) -> Monomial:
     if not isinstance(value, str) and value == 1:
         return ONE
-    slot = Slot((*path, "ratio"), (joint.name,), "drive_ratio", "1", "N", f"motor turns per turn of {joint.name}")
+    turns = joint.motion is Motion.ROTATIONAL
+    unit, what = ("1", "motor turns per turn") if turns else ("rad/m", "motor angle per metre")
+    slot = Slot((*path, "ratio"), (joint.name,), "drive_ratio", unit, "N", f"{what} of {joint.name}")
     return joint.numbers.read(value, slot)
 
 
 def _read_rotor(table: RotorTable, path: KeyPath, joint: JointContext) -> Rotor:
-    inertia = _read_part(table.name, "inertia", table.inertia, joint.unit(FieldUnit.INERTIA), "J", path, joint)
+    inertia = _read_part(table.name, "inertia", table.inertia, drive_unit(FieldUnit.INERTIA), "J", path, joint)
     return Rotor(table.name, inertia, table.fixed_to_joint)
 
 
 def _read_shaft(table: ShaftTable, path: KeyPath, joint: JointContext) -> Shaft:
-    stiffness = _read_part(table.name, "stiffness", table.stiffness, joint.unit(FieldUnit.STIFFNESS), "c", path, joint)
-    damping = _read_part(table.name, "damping", table.damping, joint.unit(FieldUnit.DAMPING), "d", path, joint)
+    stiffness = _read_part(table.name, "stiffness", table.stiffness, drive_unit(FieldUnit.STIFFNESS), "c", path, joint)
+    damping = _read_part(table.name, "damping", table.damping, drive_unit(FieldUnit.DAMPING), "d", path, joint)
     return Shaft(table.name, table.start, table.end, stiffness, damping)
 
 
@@ -124,7 +128,7 @@ def _read_motor(table: MotorTable, path: KeyPath, joint: JointContext) -> Motor:
             table.name,
             "torque_constant",
             table.torque_constant,
-            joint.unit(FieldUnit.TORQUE_CONSTANT),
+            drive_unit(FieldUnit.TORQUE_CONSTANT),
             "K_{T}",
             path,
             joint,
@@ -133,7 +137,7 @@ def _read_motor(table: MotorTable, path: KeyPath, joint: JointContext) -> Motor:
             table.name,
             "back_emf_constant",
             table.back_emf_constant,
-            joint.unit(FieldUnit.BACK_EMF_CONSTANT),
+            drive_unit(FieldUnit.BACK_EMF_CONSTANT),
             "K_{E}",
             path,
             joint,

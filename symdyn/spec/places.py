@@ -14,13 +14,12 @@ def places(robot: Robot) -> tuple[Place, ...]:
 
 
 def joint_places(joint: Joint) -> Iterator[Place]:
-    motion = motion_of(joint.kind)
-    yield Place(joint.name, PlaceKind.JOINT, motion)
+    yield Place(joint.name, PlaceKind.JOINT, motion_of(joint.kind))
     if joint.drive is None:
         return
-    for rotor in joint.drive.rotors:
-        yield Place(f"{joint.name}.{rotor.name}", PlaceKind.INERTIA, motion)
+    for rotor in joint.drive.rotors:  # a drive turns, whatever its joint does
+        yield Place(f"{joint.name}.{rotor.name}", PlaceKind.INERTIA, Motion.ROTATIONAL)
     for shaft in joint.drive.shafts:
-        yield Place(f"{joint.name}.{shaft.name}", PlaceKind.SHAFT, motion)
+        yield Place(f"{joint.name}.{shaft.name}", PlaceKind.SHAFT, Motion.ROTATIONAL)
     if joint.drive.motor is not None:
         yield Place(f"{joint.name}.{joint.drive.motor.name}", PlaceKind.CIRCUIT, Motion.ELECTRICAL)

@@ -233,19 +233,15 @@ def test_offset_keeps_its_sign(valid: str, catalogue: Catalogue) -> None:
     assert next(p.value for p in robot.parameters if p.name == "shoulder_dh_d") == -0.1
 
 
-def test_prismatic_joints_have_forces(valid: str, catalogue: Catalogue) -> None:
-    text = valid.replace('["q", 0, "l_2", "90 deg"]', '[0, "q", 0, 0]')
-    for rotational, translational in [
-        ('"5e-5 kg m^2"', '"5 kg"'),
-        ('"0.1 mNms/rad"', '"1 N s/m"'),
-        ('"0.05 Nm/A"', '"5 N/A"'),
-        ('"0.05 V s/rad"', '"5 V s/m"'),
-    ]:
-        text = text.replace(rotational, translational)
+def test_the_drive_of_a_prismatic_joint_turns(valid: str, catalogue: Catalogue) -> None:
+    text = valid.replace('["q", 0, "l_2", "90 deg"]', '[0, "q", 0, 0]') + (
+        '\n[[effect]]\ntype = "viscous_friction"\nat = "elbow"\ncoefficient = "3 N s/m"\n'
+    )
     robot = read_robot_text(text, "f", catalogue)
     units = {parameter.name: parameter.unit for parameter in robot.parameters}
-    assert units["elbow_belt_stiffness"] == "N/m"
-    assert units["elbow_motor_viscous_friction_coefficient"] == "N s/m"
+    assert units["elbow_belt_stiffness"] == "N m/rad"
+    assert units["elbow_motor_viscous_friction_coefficient"] == "N m s/rad"
+    assert units["elbow_viscous_friction_coefficient"] == "N s/m"
 
 
 def test_gain_tells_the_input(valid: str, catalogue: Catalogue) -> None:

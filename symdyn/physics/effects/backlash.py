@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import final
 
-import sympy as sp
-
 from symdyn.base.nonsmooth import deadzone, outside
 from symdyn.physics.effect import DISPLACEMENT, Effect, Port, Values
 from symdyn.spec.effect_schema import ParameterSchema

@@ -19,13 +19,15 @@ class DCMotor(Effect):
     title = "permanent-magnet d.c. motor"
     attaches_to = frozenset({PlaceKind.INERTIA})
     parameters = (
-        ParameterSchema("resistance", {m: "Ohm" for m in Motion}, "R", "armature resistance", None, lower=0.0),
-        ParameterSchema("inductance", {m: "H" for m in Motion}, "L", "armature inductance", None, lower=0.0),
+        ParameterSchema("resistance", dict.fromkeys(Motion, "Ohm"), "R", "armature resistance", None, lower=0.0),
+        ParameterSchema("inductance", dict.fromkeys(Motion, "H"), "L", "armature inductance", None, lower=0.0),
         ParameterSchema(
             "torque_constant", {Motion.ROTATIONAL: "N m/A", Motion.TRANSLATIONAL: "N/A"}, "K_T", "torque per current"
         ),
         ParameterSchema(
-            "back_emf_constant", {Motion.ROTATIONAL: "V s/rad", Motion.TRANSLATIONAL: "V s/m"}, "K_E",
+            "back_emf_constant",
+            {Motion.ROTATIONAL: "V s/rad", Motion.TRANSLATIONAL: "V s/m"},
+            "K_E",
             "voltage per speed",
         ),
     )

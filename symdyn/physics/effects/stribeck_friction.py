@@ -19,8 +19,13 @@ class StribeckFriction(Effect):
     parameters = (
         ParameterSchema("excess", EFFORT, "F_s", "excess over Coulomb friction at zero speed", lower=0.0),
         ParameterSchema(
-            "stribeck_velocity", SPEED, "v_s", "speed at which the excess has decayed to 1/e",
-            null=None, lower=1e-12, scan=Scan.SPEED,
+            "stribeck_velocity",
+            SPEED,
+            "v_s",
+            "speed at which the excess has decayed to 1/e",
+            null=None,
+            lower=1e-12,
+            scan=Scan.SPEED,
         ),
     )
     source = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, eq. 5 (Gaussian form)"

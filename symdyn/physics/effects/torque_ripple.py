@@ -21,8 +21,13 @@ class TorqueRipple(Effect):
         ParameterSchema("cosine", EFFORT, "A_c", "amplitude of the cosine of the angle times the order"),
         ParameterSchema("sine", EFFORT, "A_s", "amplitude of the sine of the angle times the order"),
         ParameterSchema(
-            "order", mechanical("rad/rad", "rad/m"), "n", "waves per turn (per 2 pi metres on a prismatic axis)",
-            null=None, lower=1e-12, scan=Scan.ANGLE_ORDER,
+            "order",
+            mechanical("rad/rad", "rad/m"),
+            "n",
+            "waves per turn (per 2 pi metres on a prismatic axis)",
+            null=None,
+            lower=1e-12,
+            scan=Scan.ANGLE_ORDER,
         ),
     )
     source = "Hanselman 2003, Brushless Permanent Magnet Motor Design, ch. 4"
