@@ -148,6 +148,8 @@ def absorb(expression: sympy.Expr) -> sympy.Expr:
 
 def _absorb_product(product: sympy.Expr) -> sympy.Expr:
     factors = sympy.Mul.make_args(product)
+    if any(factor.is_Add and factor.has(outside, deadzone) for factor in factors):
+        return absorb(sympy.expand_mul(product))
     gaps = {factor.args for factor in factors if isinstance(factor, deadzone)}
     kept: list[sympy.Expr] = []
     for factor in factors:

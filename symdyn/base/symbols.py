@@ -35,6 +35,11 @@ def hidden(index: int) -> sp.Symbol:
     return sp.Symbol(f"z_{index}", real=True)
 
 
+def arm_effort(index: int) -> sp.Symbol:
+    """Stands for the effort of a large arm along ``q_i`` where its closed form would not be read."""
+    return sp.Symbol(f"tau_arm_{index}", real=True)
+
+
 def parameter(name: str) -> sp.Symbol:
     """A parameter; the prefix keeps a user's ``q_1`` apart from the coordinate."""
     return sp.Symbol(f"p_{name}", real=True)

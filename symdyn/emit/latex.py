@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass
 
 import sympy as sp
 
+from symdyn.base import symbols
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.lagrange import LagrangeCoefficients, lagrange_coefficients, readable
 from symdyn.emit.latex_names import Printer
 from symdyn.emit.templates import render
 
-LINE_WIDTH = 70  # estimated characters of a typeset line; A4 holds about 85
+LINE_WIDTH = 64  # estimated characters of a typeset line; A4 holds about 75
 READABLE_JOINTS = 3  # beyond this, Lagrange in closed form is no longer for people
 
 
@@ -30,14 +31,14 @@ class Equation:
 
     def lines(self) -> str:
         """Lines for amsmath's align or aligned, broken before a sign."""
-        rows = [("", row) for row in _rows(self.left)]
-        after = _rows(self.right) or ["0"]
-        rows += [("= ", after[0])] + [("", row) for row in after[1:]]
-        head, *tail = rows
-        lines = [f"  & {head[1]}"]
-        lines += [f"  & {mark}{row}" if mark else f"  & \\quad {row}" for mark, row in tail]
-        if len(rows) == 2 and _width(rows[0][1]) + _width(rows[1][1]) <= LINE_WIDTH:
-            return f"  {rows[0][1]} &= {rows[1][1]}"
+        head = _rows(self.left)
+        if len(head) == 1 and _width(head[0]) <= LINE_WIDTH // 2:
+            first, *rest = _rows(self.right, LINE_WIDTH - _width(head[0])) or ["0"]
+            lines = [f"  {head[0]} &= {first}", *(f"  &\\quad {row}" for row in rest)]
+        else:
+            first, *rest = _rows(self.right) or ["0"]
+            lines = [f"  & {head[0]}", *(f"  & \\quad {row}" for row in head[1:]), f"  & = {first}"]
+            lines += [f"  & \\quad {row}" for row in rest]
         return " \\\\\n".join(lines)
 
 
@@ -74,6 +75,19 @@ def sides(equations: EquationsOfMotion) -> list[tuple[str, list[sp.Expr], list[s
     return found
 
 
+def terms_with(equations: EquationsOfMotion, parameters: Set[str]) -> frozenset[str]:
+    """The signed LaTeX of the terms in which one of the named parameters stands: what a diagnosis added."""
+    marked = {symbols.parameter(name) for name in parameters}
+    printer = Printer(equations)
+    return frozenset(
+        text
+        for _, left, right in sides(equations)
+        for term in (*left, *right)
+        if term.free_symbols & marked
+        for text in _signed(printer, [term])
+    )
+
+
 def coefficients(equations: EquationsOfMotion) -> tuple[Equation, ...]:
     """The non-zero B_ij, C_ijk and D_i of the arm (seed eq. 9), simplified."""
     if len(equations.robot.joints) > READABLE_JOINTS:
@@ -101,7 +115,7 @@ def document(equations: EquationsOfMotion) -> str:
     """A complete LaTeX document: coordinates, parameters, equations, coefficients of the arm."""
     robot = equations.robot
     displayed = "\n\n".join(f"\\paragraph{{{escape(e.title)}}}\n{e.latex()}" for e in equations_of_motion(equations))
-    of_arm = "\n\n".join(e.latex() for e in coefficients(equations)) or "None: see the kernel for its intermediates."
+    of_arm = _listed(coefficients(equations)) or "None: see the kernel for its intermediates."
     rows = [
         f"${p.latex}$ & {'free' if p.value is None else _number(p.value)} & {escape(p.unit)} & {escape(p.meaning)} \\\\"
         for p in robot.parameters
@@ -140,10 +154,7 @@ def _lagrange(equations: EquationsOfMotion) -> LagrangeCoefficients:
 def _arm_terms(equations: EquationsOfMotion) -> list[list[sp.Expr]]:
     """Per coordinate, the arm's terms: B qdd, C qd qd, D in turn."""
     if len(equations.robot.joints) > READABLE_JOINTS:
-        return [
-            [sp.Function(f"\\tau^{{arm}}_{{{k}}}")(*(a.q for a in equations.axes))] if term != 0 else []
-            for k, term in enumerate(equations.arm, start=1)
-        ]
+        return [[symbols.arm_effort(k)] if term != 0 else [] for k, term in enumerate(equations.arm, start=1)]
     lagrange = _lagrange(equations)
     by_address = {axis.address: i for i, axis in enumerate(lagrange.axes)}
     found: list[list[sp.Expr]] = []
@@ -184,11 +195,18 @@ def _signed(printer: Printer, terms: Iterable[sp.Expr]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _rows(terms: Sequence[str]) -> list[str]:
+def _listed(equations: Sequence[Equation]) -> str:
+    """Several equations in one display."""
+    if not equations:
+        return ""
+    return "\\begin{align*}\n" + " \\\\\n".join(e.lines() for e in equations) + "\n\\end{align*}"
+
+
+def _rows(terms: Sequence[str], width: int = LINE_WIDTH) -> list[str]:
     rows: list[str] = []
     for term in terms:
         for piece in _pieces(term):
-            if rows and _width(rows[-1]) + _width(piece) <= LINE_WIDTH:
+            if rows and _width(rows[-1]) + _width(piece) <= width:
                 rows[-1] += f" {piece}"
             else:
                 rows.append(piece)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
+from symdyn.base import symbols
 from symdyn.derive.equations import EquationsOfMotion
 
 
@@ -11,6 +12,7 @@ def latex_names(equations: EquationsOfMotion) -> dict[sp.Symbol, str]:
     """LaTeX of every symbol of the equations; users' names were escaped when they were read."""
     names: dict[sp.Symbol, str] = {}
     for i, axis in enumerate(equations.axes, start=1):
+        names[symbols.arm_effort(i)] = rf"\tau^{{\mathrm{{arm}}}}_{{{i}}}(q, \dot{{q}}, \ddot{{q}})"
         names[axis.q], names[axis.qd], names[axis.qdd] = f"q_{{{i}}}", rf"\dot{{q}}_{{{i}}}", rf"\ddot{{q}}_{{{i}}}"
     for symbol, parameter in zip(equations.parameters, equations.robot.parameters, strict=True):
         names[symbol] = parameter.latex

@@ -20,7 +20,7 @@ class _Text:
         }
 
     def __call__(self, expression: sp.Expr) -> str:
-        return str(sp.sstr(sp.sympify(expression).xreplace(self._names)))
+        return str(sp.sstr(expression.xreplace(self._names)))
 
 
 def equations(of: EquationsOfMotion) -> list[tuple[str, str]]:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sympy as sp
 from markupsafe import Markup
 
-from symdyn.base import symbols
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.emit import latex
-from symdyn.emit.latex_names import Printer
 from symdyn.faces.mathml import equation_markup, mathml
 from symdyn.spec.records import Robot
 
@@ -16,22 +13,12 @@ from symdyn.spec.records import Robot
 def marked_equations(given: Robot, diagnosed: Robot) -> Markup:
     """One block per coordinate and hidden state of ``diagnosed``."""
     equations = equations_of_motion(diagnosed)
-    new = new_terms(equations, {p.name for p in diagnosed.parameters} - {p.name for p in given.parameters})
+    new = latex.terms_with(equations, {p.name for p in diagnosed.parameters} - {p.name for p in given.parameters})
     block = Markup('<div class="equation"><h3>{}</h3><p>{}</p></div>')
     return Markup("\n").join(
         block.format(_heading(equations, e.title), equation_markup(e, new))
         for e in latex.equations_of_motion(equations)
     )
-
-
-def new_terms(equations: EquationsOfMotion, parameters: set[str]) -> frozenset[str]:
-    """The signed LaTeX of the terms in which one of the named parameters stands."""
-    marked = {symbols.parameter(name) for name in parameters}
-    sums = [s for c in equations.contributions for s in (*c.inertial, *c.applied, *c.actuation)]
-    sums += [state.rate for state in equations.states]
-    terms = [term for s in sums for term in sp.Add.make_args(sp.sympify(s)) if term.free_symbols & marked]
-    printer = Printer(equations)
-    return frozenset(text if text.lstrip().startswith("-") else f"+ {text}" for text in map(printer, terms))
 
 
 def _heading(equations: EquationsOfMotion, title: str) -> Markup:
