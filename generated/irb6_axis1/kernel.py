@@ -55,13 +55,13 @@ def _inverse_dynamics(q, qd, qdd, out):
     qdd_4 = qdd[3]
     # linear spring at axis1.flexspline
     t16 = q_3 - q_4
-    t24 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
-    t35 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
-    t43 = qd_2 * 1.2e-05 + qdd_2 * 4.1e-05 + _sign(qd_2) * 0.025
+    t25 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
+    t36 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
+    t44 = qd_2 * 1.2e-05 + qdd_2 * 4.1e-05 + _sign(qd_2) * 0.025
     t52 = _step(abs(t16)) * (t16 * 1.44 + (qd_3 - qd_4) * 0.0016)
-    out[0] = t24 + (qd_1 * 7.6e-05 + qdd_1 * 3.4e-05)
-    out[1] = t35 + (t43 - t24)
-    out[2] = t52 + (qd_3 * 0.0007 + qdd_3 * 0.000196 - t35)
+    out[0] = t25 + (qd_1 * 7.6e-05 + qdd_1 * 3.4e-05)
+    out[1] = t36 + (t44 - t25)
+    out[2] = t52 + (qd_3 * 0.0007 + qdd_3 * 0.000196 - t36)
     out[3] = qdd_4 * 0.000372 - t52
 
 
@@ -144,16 +144,16 @@ def _inverse_dynamics_p(q, qd, qdd, p, out):
     viscous_friction_axis1_4 = qd_4 * p_d_7
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
-    t53 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t54 = added_inertia_axis1_tachometer_1 + viscous_friction_axis1_tachometer_1
-    t56 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t57 = added_inertia_axis1_motor_2 + viscous_friction_axis1_motor_2
+    t54 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t55 = added_inertia_axis1_tachometer_1 + viscous_friction_axis1_tachometer_1
+    t57 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t58 = added_inertia_axis1_motor_2 + viscous_friction_axis1_motor_2
     t64 = p_c_3 * (t40 - p_S * _sign(t40)) + p_d_3 * (qd_3 - qd_4)
     t65 = _step(abs(t40) - p_S) * t64
     t66 = added_inertia_axis1_harmonic_drive_3 + viscous_friction_axis1_harmonic_drive_3
-    out[0] = t53 + t54
-    out[1] = t56 + (coulomb_friction_axis1_motor_2 + t57 - t53)
-    out[2] = t65 + (t66 - t56)
+    out[0] = t54 + t55
+    out[1] = t57 + (coulomb_friction_axis1_motor_2 + t58 - t54)
+    out[2] = t65 + (t66 - t57)
     out[3] = N_1_z + viscous_friction_axis1_4 - t65
 
 
@@ -207,19 +207,19 @@ def _forward_dynamics(q, qd, tau, out):
     # linear spring at axis1.flexspline
     t12 = q_3 - q_4
     # effort less bias force
-    t26 = _step(abs(t12)) * (t12 * 1.44 + (qd_3 - qd_4) * 0.0016)
-    t32 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
+    t25 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
     # solve: L D L^T
-    t38 = (t32 + (qd_1 * 7.6e-05 - tau_1)) * -29411.764705882353
+    t31 = (t25 + (qd_1 * 7.6e-05 - tau_1)) * -29411.764705882353
     # effort less bias force
-    t43 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
-    t51 = t43 + (qd_2 * 1.2e-05 + _sign(qd_2) * 0.025 - tau_2 - t32)
+    t36 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
+    t44 = t36 + (qd_2 * 1.2e-05 + _sign(qd_2) * 0.025 - tau_2 - t25)
+    t52 = _step(abs(t12)) * (t12 * 1.44 + (qd_3 - qd_4) * 0.0016)
     # solve: L D L^T
-    t60 = (t26 + (qd_3 * 0.0007 - tau_3) - t43) * -5102.040816326531
-    out[0] = t38
-    out[1] = t51 * -24390.243902439022
-    out[2] = t60
-    out[3] = (tau_4 + t26) * 2688.172043010753
+    t59 = (t52 + (qd_3 * 0.0007 - tau_3 - t36)) * -5102.040816326531
+    out[0] = t31
+    out[1] = t44 * -24390.243902439022
+    out[2] = t59
+    out[3] = (tau_4 + t52) * 2688.172043010753
 
 
 @njit(cache=True, error_model="numpy")
@@ -294,17 +294,17 @@ def _forward_dynamics_p(q, qd, tau, p, out):
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
     # effort less bias force
-    t47 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t48 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t48 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t49 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
     t53 = p_c_3 * (t32 - p_S * _sign(t32)) + p_d_3 * (qd_3 - qd_4)
     t54 = _step(abs(t32) - p_S) * t53
     # solve: L D L^T
-    t58 = (tau_1 - viscous_friction_axis1_tachometer_1 - t47) / p_J_1
+    t58 = (tau_1 - viscous_friction_axis1_tachometer_1 - t48) / p_J_1
     # effort less bias force
     t60 = tau_2 - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
-    t65 = tau_3 + (t48 - viscous_friction_axis1_harmonic_drive_3)
+    t65 = tau_3 + (t49 - viscous_friction_axis1_harmonic_drive_3)
     out[0] = t58
-    out[1] = (t47 + t60 - t48) / p_J_2
+    out[1] = (t48 + t60 - t49) / p_J_2
     out[2] = (t65 - t54) / p_J_3
     out[3] = (tau_4 + (t54 - viscous_friction_axis1_4)) / p_J_4
 
@@ -444,12 +444,12 @@ def _bias_force(q, qd, out):
     qd_4 = qd[3]
     # linear spring at axis1.flexspline
     t12 = q_3 - q_4
-    t20 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
-    t28 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
+    t21 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
+    t29 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
     t42 = _step(abs(t12)) * (t12 * 1.44 + (qd_3 - qd_4) * 0.0016)
-    out[0] = t20 + qd_1 * 7.6e-05
-    out[1] = t28 + (qd_2 * 1.2e-05 + _sign(qd_2) * 0.025 - t20)
-    out[2] = t42 + (qd_3 * 0.0007 - t28)
+    out[0] = t21 + qd_1 * 7.6e-05
+    out[1] = t29 + (qd_2 * 1.2e-05 + _sign(qd_2) * 0.025 - t21)
+    out[2] = t42 + (qd_3 * 0.0007 - t29)
     out[3] = -t42
 
 
@@ -512,14 +512,14 @@ def _bias_force_p(q, qd, p, out):
     viscous_friction_axis1_4 = qd_4 * p_d_7
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
-    t41 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t43 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t44 = viscous_friction_axis1_motor_2 + coulomb_friction_axis1_motor_2
+    t42 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t44 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t45 = viscous_friction_axis1_motor_2 + coulomb_friction_axis1_motor_2
     t50 = p_c_3 * (t28 - p_S * _sign(t28)) + p_d_3 * (qd_3 - qd_4)
     t51 = _step(abs(t28) - p_S) * t50
-    t53 = t51 + (viscous_friction_axis1_harmonic_drive_3 - t43)
-    out[0] = viscous_friction_axis1_tachometer_1 + t41
-    out[1] = t43 + (t44 - t41)
+    t53 = t51 + (viscous_friction_axis1_harmonic_drive_3 - t44)
+    out[0] = viscous_friction_axis1_tachometer_1 + t42
+    out[1] = t44 + (t45 - t42)
     out[2] = t53
     out[3] = viscous_friction_axis1_4 - t51
 
@@ -805,18 +805,18 @@ def _state_derivative(x, u, out):
     # linear spring at axis1.flexspline
     t13 = q_3 - q_4
     # effort less bias force
-    t21 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
-    t26 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
-    t35 = t21 + (z_1 * 0.088 - qd_2 * 1.2e-05 - _sign(qd_2) * 0.025)
+    t22 = (q_1 - q_2) * 789.0 + (qd_1 - qd_2) * 0.0012
+    t27 = (q_2 - q_3) * 1225.0 + (qd_2 - qd_3) * 0.068
+    t36 = t22 + (z_1 * 0.088 - qd_2 * 1.2e-05 - _sign(qd_2) * 0.025)
     t43 = _step(abs(t13)) * (t13 * 1.44 + (qd_3 - qd_4) * 0.0016)
     t66 = (z_1 * 1.6 + qd_2 * 0.088 - u_1) * -11494.252873563219
     out[0] = qd_1
     out[1] = qd_2
     out[2] = qd_3
     out[3] = qd_4
-    out[4] = (t21 + qd_1 * 7.6e-05) * -29411.764705882353
-    out[5] = (t35 - t26) * 24390.243902439022
-    out[6] = (t43 + (qd_3 * 0.0007 - t26)) * -5102.040816326531
+    out[4] = (t22 + qd_1 * 7.6e-05) * -29411.764705882353
+    out[5] = (t36 - t27) * 24390.243902439022
+    out[6] = (t43 + (qd_3 * 0.0007 - t27)) * -5102.040816326531
     out[7] = t43 * 2688.172043010753
     out[8] = t66
 
@@ -891,21 +891,21 @@ def _state_derivative_p(x, u, p, out):
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
     # effort less bias force
-    t48 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t50 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t52 = z_1 * p_K_T - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
+    t49 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t51 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t53 = z_1 * p_K_T - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
     t58 = p_c_3 * (t35 - p_S * _sign(t35)) + p_d_3 * (qd_3 - qd_4)
     t59 = _step(abs(t35) - p_S) * t58
     # solve: L D L^T
-    t60 = (viscous_friction_axis1_tachometer_1 + t48) / p_J_1
+    t60 = (viscous_friction_axis1_tachometer_1 + t49) / p_J_1
     # effort less bias force
-    t64 = t50 - viscous_friction_axis1_harmonic_drive_3 - t59
+    t64 = t51 - viscous_friction_axis1_harmonic_drive_3 - t59
     out[0] = qd_1
     out[1] = qd_2
     out[2] = qd_3
     out[3] = qd_4
     out[4] = -t60
-    out[5] = (t48 + t52 - t50) / p_J_2
+    out[5] = (t49 + t53 - t51) / p_J_2
     out[6] = t64 / p_J_3
     out[7] = (t59 - viscous_friction_axis1_4) / p_J_4
     out[8] = (u_1 - qd_2 * p_K_E - z_1 * p_R) / p_L
@@ -950,7 +950,6 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out):
     t12 = t10 * 1.44
     t14 = t10 * -1.44
     # derivative: viscous friction at axis1.flexspline
-    t16 = t10 * 0.0016
     t18 = t10 * -0.0016
     out[0, 0] = 789.0
     out[0, 1] = -789.0
@@ -974,7 +973,7 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out):
     out[2, 3] = t14
     out[2, 4] = 0.0
     out[2, 5] = -0.068
-    out[2, 6] = t16 + 0.06870000000000001
+    out[2, 6] = 0.06870000000000001 - t18
     out[2, 7] = t18
     out[3, 0] = 0.0
     out[3, 1] = 0.0
@@ -983,7 +982,7 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out):
     out[3, 4] = 0.0
     out[3, 5] = 0.0
     out[3, 6] = t18
-    out[3, 7] = t16
+    out[3, 7] = t10 * 0.0016
 
 
 @njit(cache=True, error_model="numpy")
@@ -1767,7 +1766,7 @@ def _state_derivative_parameter_jacobian(x, u, out):
     t18 = t14 * t16
     # derivative: linear spring at axis1.flexspline
     t19 = t16 * _sign(t14)
-    # derivative: viscous friction at axis1.flexspline
+    # viscous friction at axis1.flexspline
     t21 = t16 * (qd_3 - qd_4)
     # Coulomb friction at axis1.motor
     t22 = _sign(qd_2)
@@ -2053,17 +2052,17 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out):
     # viscous friction at axis1
     viscous_friction_axis1_4 = qd_4 * p_d_7
     # Coulomb friction at axis1.motor
-    t53 = _sign(qd_2)
-    coulomb_friction_axis1_motor_2 = p_T_f * t53
+    t54 = _sign(qd_2)
+    coulomb_friction_axis1_motor_2 = p_T_f * t54
     # effort less bias force
-    t55 = p_c_1 * t28 + p_d_1 * t30
-    t57 = p_c_2 * t32 + p_d_2 * t34
+    t56 = p_c_1 * t28 + p_d_1 * t30
+    t58 = p_c_2 * t32 + p_d_2 * t34
     t59 = linear_spring_axis1_flexspline_3 + p_d_3 * t48
-    t61 = t59 + (viscous_friction_axis1_harmonic_drive_3 - t57)
+    t61 = t59 + (viscous_friction_axis1_harmonic_drive_3 - t58)
     # solve: L D L^T
     t64 = 1.0 / p_J_1
     # derivative: solve: L D L^T
-    t72 = (viscous_friction_axis1_tachometer_1 + t55) * (t64 * t64)
+    t72 = (viscous_friction_axis1_tachometer_1 + t56) * (t64 * t64)
     # solve: L D L^T
     t73 = 1.0 / p_J_2
     # effort less bias force
@@ -2182,9 +2181,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out):
     out[5, 2] = z_1 * t73
     out[5, 3] = 0.0
     out[5, 4] = 0.0
-    out[5, 5] = -(t53 * t73)
+    out[5, 5] = -(t54 * t73)
     out[5, 6] = 0.0
-    out[5, 7] = t73 * t73 * (t57 + (t87 - t55))
+    out[5, 7] = t73 * t73 * (t58 + (t87 - t56))
     out[5, 8] = 0.0
     out[5, 9] = 0.0
     out[5, 10] = t30 * t73

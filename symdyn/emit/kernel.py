@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,7 +29,14 @@ class Kernel:
     module: ModuleType
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        return getattr(self.module, name)  # type: ignore[no-any-return]
+        """A function of the module; AttributeError says so where only its form with a parameter vector exists."""
+        function: Callable[..., Any] | None = getattr(self.module, name, None)
+        if function is None:
+            batch = "_batch" if name.endswith("_batch") else ""
+            general = f"{name.removesuffix('_batch')}_p{batch}"
+            use = f"; parameters are left free, so use {general}" if self.has(general) else ""
+            raise AttributeError(f"the kernel of {self.module.ROBOT} has no {name}{use}")
+        return function
 
     def has(self, function: str) -> bool:
         return hasattr(self.module, function)
@@ -95,11 +103,16 @@ def load_source(text: str) -> Kernel:
     """Load a kernel from its source, through a private cache keyed by content.
 
     The compiled functions that Numba stores beside it are pickles: the folder belongs to the user
-    alone (mode 0700, owner checked), never the working directory and never a shared one.
+    alone (mode 0700, owner checked), never the working directory and never a shared one. A cached
+    file that is not the source any more goes, with all that was compiled from it.
+
+    Raises PermissionError where others could write to the cache.
     """
     key = hashlib.sha256(text.encode()).hexdigest()[:24]
     folder = _private(cache_root()) / key
     path = folder / "kernel.py"
+    if path.exists() and path.read_bytes() != text.encode():
+        shutil.rmtree(folder)
     if not path.exists():
         folder.mkdir(mode=0o700, exist_ok=True)
         write_atomically(path, text)

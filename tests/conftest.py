@@ -1,0 +1,24 @@
+"""Compiled kernels of the tests: one folder for all workers of a run, kept from run to run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kernel_cache(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """SYMDYN_CACHE, unless it is set already: a folder of pytest's own cache, which git ignores.
+
+    Kernels are keyed by the content of their source, so that one of other code is never taken for one
+    of this. Where pytest keeps no cache (``-p no:cacheprovider``), kernels last for the run alone.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if "SYMDYN_CACHE" not in os.environ:
+            kept = getattr(pytestconfig, "cache", None)
+            base = Path(kept.mkdir("symdyn")) if kept is not None else tmp_path_factory.getbasetemp()
+            patch.setenv("SYMDYN_CACHE", str(base / "kernels"))
+        yield

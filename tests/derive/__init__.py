@@ -1,0 +1,1 @@
+"""Tests of the derivation: each formulation against another, closed forms, the seed paper, Pinocchio."""
