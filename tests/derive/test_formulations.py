@@ -150,12 +150,16 @@ def random_drives(draw: st.DrawFn) -> Robot:
     ratio = draw(st.sampled_from([Monomial(Fraction(1)), Monomial(Fraction(-5, 2)), letter("N")]))
     places = ["arm", *(f"arm.{r.name}" for r in rotors)]
     effects = [
-        EffectSpec(identifier, place, tuple((p.name, letter(f"{p.name}_{i}")) for p in catalogue()[identifier].parameters))
+        EffectSpec(
+            identifier, place, tuple((p.name, letter(f"{p.name}_{i}")) for p in catalogue()[identifier].parameters)
+        )
         for i, (identifier, place) in enumerate(
             draw(st.lists(st.tuples(st.sampled_from(PROPOSABLE), st.sampled_from(places)), max_size=4))
         )
     ]
-    slack = [EffectSpec("backlash", f"arm.{s.name}", (("clearance", letter("S")),)) for s in shafts if draw(st.booleans())]
+    slack = [
+        EffectSpec("backlash", f"arm.{s.name}", (("clearance", letter("S")),)) for s in shafts if draw(st.booleans())
+    ]
     return driven(Drive(ratio, rotors, shafts, None), (*effects, *slack))
 
 
