@@ -82,7 +82,7 @@ def _width(s: sympy.Expr) -> sympy.Expr:
 
 
 class outside(_PiecewiseConstant):
-    """1 where abs(x) > s, else 0; s >= 0 is the half-width of the gap."""
+    """1 where abs(x) > s, else 0; s >= 0 is the half-width of the gap, and without a gap 1 everywhere."""
 
     nargs = 2
     _latex_name = r"\operatorname{out}"
@@ -90,6 +90,8 @@ class outside(_PiecewiseConstant):
     @classmethod
     def eval(cls, x: sympy.Expr, s: sympy.Expr) -> sympy.Expr | None:
         _width(s)
+        if s.is_zero:
+            return sympy.S.One
         if x.is_zero:
             return sympy.S.Zero
         if x.is_number and s.is_number and x.is_real and s.is_real:

@@ -21,7 +21,7 @@ widths = st.fractions(0, 2, max_denominator=12).map(lambda f: sympy.Rational(f.n
 def test_values_are_exact(u: sympy.Rational, w: sympy.Rational) -> None:
     assert sign_of(u) == int(bool(u > 0)) - int(bool(u < 0))
     assert step(u) == int(bool(u > 0))
-    assert outside(u, w) == int(bool(abs(u) > w))
+    assert outside(u, w) == int(bool(abs(u) > w or w == 0))
     assert deadzone(u, w) == (u - w if u > w else u + w if u < -w else 0)
 
 
