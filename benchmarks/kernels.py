@@ -124,9 +124,7 @@ def _pin_model(p: dict[str, float]):  # type: ignore[no-untyped-def]
     return model
 
 
-def measure(
-    contestants: dict[tuple[str, str], tuple[Contestant, int]], rounds: int
-) -> dict[tuple[str, str], float]:
+def measure(contestants: dict[tuple[str, str], tuple[Contestant, int]], rounds: int) -> dict[tuple[str, str], float]:
     """Nanoseconds per state: medians over interleaved rounds; the first, which compiles, is not counted."""
     samples: dict[tuple[str, str], list[float]] = {key: [] for key in contestants}
     for number in range(rounds + 1):

@@ -1,6 +1,6 @@
 """Fails unless the files of a folder are, byte by byte, what ``symdyn generate --all`` writes today.
 
-    python scripts/check_generated.py generated
+python scripts/check_generated.py generated
 """
 
 from __future__ import annotations
