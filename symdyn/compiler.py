@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+import re
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 from symdyn import __version__
@@ -16,12 +17,15 @@ from symdyn.emit.kernel import Kernel, load_source
 from symdyn.emit.kernel_source import KernelSource, kernel_source
 from symdyn.emit.templates import digest
 from symdyn.physics import schemas
+from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
+from symdyn.program.optimize import CostRow
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
 from symdyn.spec.toml_reader import read_robot, read_robot_text, read_with_warnings
 
 TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2", "latex/equations.tex.j2")
+_ROW = re.compile(r"\[[^][{}]*\]")  # an innermost list of JSON: a row of a table, which belongs on one line
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +86,14 @@ def _manifest(compiled: Compiled, files: dict[str, str]) -> str:
         "model_sha256": _sha256(compiled.robot.text),
         "templates_sha256": digest(*TEMPLATES),
         "files_sha256": {name: _sha256(text) for name, text in files.items()},
-        "costs": {name: [asdict(row) for row in rows] for name, rows in compiled.source.costs.items()},
+        "cost_columns": ["pass_name", "round", *(field.name for field in fields(Cost))],
+        "costs": {name: [_cells(row) for row in rows] for name, rows in compiled.source.costs.items()},
     }
-    return json.dumps(facts, indent=1) + "\n"
+    return _ROW.sub(lambda row: " ".join(row[0].split()), json.dumps(facts, indent=1)) + "\n"
+
+
+def _cells(row: CostRow) -> list[str | int]:
+    return [row.pass_name, row.round, *astuple(row.cost)]
 
 
 def _sha256(text: str) -> str:

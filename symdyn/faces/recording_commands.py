@@ -99,7 +99,7 @@ def show(result: Diagnosis) -> None:
             for f in result.findings
         ),
     ]
-    print_table("", ("where", "what", "with", "held-out error"), rows)
+    print_table("", ("where", "what", "with", "held out"), rows)
     for finding in result.findings:
         for other in finding.alternatives:
             out.print(

@@ -101,7 +101,12 @@ def probability(p: float) -> str:
 
 def quantity_text(estimate: Estimate) -> str:
     """``203.4 ± 1.2 N s/m``: the standard error to two digits, the value to the same place."""
-    return f"{_number(estimate.value, estimate.se)} {estimate.unit}".rstrip()
+    return with_unit(_number(estimate.value, estimate.se), estimate.unit)
+
+
+def with_unit(number: str, unit: str) -> str:
+    """``2 N m``; a number without dimension stands alone."""
+    return number if unit in ("", "1", "rad/rad") else f"{number} {unit}"
 
 
 def plain_number(value: float) -> str:

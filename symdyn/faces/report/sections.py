@@ -9,7 +9,7 @@ from markupsafe import Markup
 from symdyn import __version__
 from symdyn.faces.mathml import mathml
 from symdyn.faces.report.html import LINE, bullets, facts, paragraph, quiet, table, typeset
-from symdyn.faces.words import effect_title, percent, plain_number, probability, quantity_text
+from symdyn.faces.words import effect_title, percent, plain_number, probability, quantity_text, with_unit
 from symdyn.numeric.findings import Diagnosis, Errors, Finding
 from symdyn.numeric.fitting import relative_error
 from symdyn.spec.records import Parameter, Robot
@@ -160,4 +160,4 @@ def _symbol(parameter: Parameter | None, name: str) -> Markup:
 def _as_given(parameter: Parameter | None) -> Markup:
     if parameter is None or parameter.value is None:
         return quiet("free")
-    return typeset(f"{plain_number(parameter.value)} {parameter.unit}".rstrip())
+    return typeset(with_unit(plain_number(parameter.value), parameter.unit))
