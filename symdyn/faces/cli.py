@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -171,7 +172,9 @@ def demo(
     """Diagnose the recording that ships with symdyn: an arm in which one effect is concealed."""
     from symdyn.faces import recording_commands
 
-    recording_commands.demo(out, json)
+    code = recording_commands.demo(out, json)
+    if code:
+        raise typer.Exit(code)
 
 
 def main() -> None:
@@ -179,6 +182,9 @@ def main() -> None:
     from symdyn.base.errors import SymdynError
 
     debug = "--debug" in sys.argv[1:]
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without a sign for "plus or minus" gets a "?"
     try:
         app()
     except SymdynError as error:

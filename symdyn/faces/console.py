@@ -23,10 +23,11 @@ def print_json(facts: Any) -> None:
     sys.stdout.write(json.dumps(facts, indent=2, allow_nan=False) + "\n")
 
 
-def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], whole: str = "") -> None:
+    """A table; the column named ``whole`` is not broken into lines where the others can be."""
     table = Table(title=title, title_justify="left", header_style="bold", show_edge=False, pad_edge=False)
     for column in columns:
-        table.add_column(column, overflow="fold")
+        table.add_column(column, overflow="fold", no_wrap=column == whole)
     for row in rows:
         table.add_row(*row)
     out.print(table)

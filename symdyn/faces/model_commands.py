@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
 
 from symdyn import compiler
@@ -83,6 +84,10 @@ def generate(models: list[str], folder: Path, everything: bool, json: bool) -> N
         raise UsageError(Problem("SD011", "name the robots to generate, or give --all for the bundled machines"))
     wanted = list(machine_names()) if everything else models
     robots = [compiler.load_robot(model) for model in wanted]
+    names = Counter(robot.name for robot in robots)
+    for name, times in names.items():
+        if times > 1:
+            raise UsageError(Problem("SD010", f"{times} robots are named {name}; the name is the folder to write to"))
     written: dict[str, list[str]] = {}
     with status(json) as progress:
         for robot in robots:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
-from symdyn.base.files import write_atomically
+from symdyn.base.files import check_writable, write_atomically
 from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
 from symdyn.faces.recordings import open_recording
 from symdyn.faces.words import effect_title, percent, quantity_text, verdict_sentence
@@ -18,6 +19,7 @@ DEMO = Path(__file__).parent.parent / "demo"
 def identify(model: str, recording: Path, channel_map: Path | None, band: float | None, json: bool) -> None:
     from symdyn.numeric.identify import identify as run
 
+    _check_band(band)
     robot = compiler.load_robot(model)
     data = open_recording(recording, robot, channel_map)
     print_warnings(data.warnings)
@@ -45,10 +47,14 @@ def diagnose(
     """Returns the exit code: 1 when something is left that no known effect explains."""
     from symdyn.numeric.diagnose import diagnose as run
 
-    if recording.resolve() == holdout.resolve():
-        raise UsageError(Problem("SD010", "the held-out recording must not be the one that is fitted"))
+    _check_band(band)
+    for path in (model_out, report, generate / "kernel.py" if generate else None):
+        if path is not None:
+            check_writable(path)
     robot = compiler.load_robot(model)
     training, judge = (open_recording(path, robot, channel_map) for path in (recording, holdout))
+    if training.sha256 == judge.sha256:
+        raise UsageError(Problem("SD010", "the held-out recording must not be the one that is fitted"))
     print_warnings((*training.warnings, *judge.warnings))
     with status(json) as progress:
         result = run(robot, training, judge, band=band, progress=progress)
@@ -67,11 +73,16 @@ def diagnose(
     for what, path in (("report", report), ("diagnosed model", model_out), ("kernel", generate)):
         if path is not None:
             err.print(f"{what}: {path}", markup=False)
-    return 1 if result.verdict is Verdict.UNEXPLAINED else 0
+    return 1 if result.verdict is Verdict.UNEXPLAINED or result.remaining.structured else 0
 
 
-def demo(folder: Path, json: bool) -> None:
-    diagnose(
+def _check_band(band: float | None) -> None:
+    if band is not None and not (math.isfinite(band) and band > 0.0):
+        raise UsageError(Problem("SD010", f"--band is a frequency in Hz above zero, not {band}"))
+
+
+def demo(folder: Path, json: bool) -> int:
+    return diagnose(
         str(DEMO / "two-link.toml"),
         DEMO / "identification.csv.gz",
         DEMO / "holdout.csv.gz",
@@ -99,7 +110,7 @@ def show(result: Diagnosis) -> None:
             for f in result.findings
         ),
     ]
-    print_table("", ("where", "what", "with", "held out"), rows)
+    print_table("", ("where", "what", "with", "held out"), rows, whole="with")
     for finding in result.findings:
         for other in finding.alternatives:
             out.print(

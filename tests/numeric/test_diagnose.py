@@ -1,0 +1,194 @@
+"""Diagnosis of a pendulum: what is missing is named with its value, and nothing is invented."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from symdyn.base.errors import InputError
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.findings import Diagnosis, Verdict
+from symdyn.spec.records import Robot
+
+from .pendulum import INERTIA, MASS, TORQUE_NOISE, VISCOUS, Torque, pendulum, record
+
+HELDOUT = 100  # added to the seed: another motion, other noise
+
+# The torque on the resisting side; the effects that make it, with the values they must have.
+MISSING: dict[str, tuple[Torque, Mapping[str, Mapping[str, float]]]] = {
+    "Coulomb friction": (lambda t, q, v, a: 0.3 * np.sign(v), {"coulomb_friction": {"level": 0.3}}),
+    "spring": (lambda t, q, v, a: 0.8 * (q - 0.3), {"linear_spring": {"stiffness": 0.8, "preload": 0.24}}),
+    "ripple": (
+        lambda t, q, v, a: -0.25 * np.sin(9 * q + 0.7),
+        {"torque_ripple": {"cosine": 0.25 * np.sin(0.7), "sine": 0.25 * np.cos(0.7), "order": 9.0}},
+    ),
+    "drag": (lambda t, q, v, a: 0.15 * v * np.abs(v), {"quadratic_drag": {"coefficient": 0.15}}),
+    "friction that differs by direction": (
+        lambda t, q, v, a: 0.08 * np.abs(v),
+        {"asymmetric_viscous_friction": {"difference": 0.08}},
+    ),
+    "Stribeck friction": (
+        lambda t, q, v, a: (0.3 + 0.3 * np.exp(-((v / 0.2) ** 2))) * np.sign(v),
+        {"coulomb_friction": {"level": 0.3}, "stribeck_friction": {"excess": 0.3, "stribeck_velocity": 0.2}},
+    ),
+}
+CORE = ("Coulomb friction", "ripple")  # the others are slow: a few seconds each
+
+# Torques of a kind that no effect in the catalogue has, all of which a diagnosis can see something of.
+FOREIGN: dict[str, Torque] = {
+    "a hump in angle": lambda t, q, v, a: 0.4 * np.exp(-(((q + 0.4) / 0.1) ** 2)),
+    "friction above a speed": lambda t, q, v, a: 0.3 * np.sign(v) * (np.abs(v) > 0.5),
+    "a hump in speed": lambda t, q, v, a: 0.3 * np.exp(-(((v - 0.6) / 0.1) ** 2)),
+    "size of acceleration": lambda t, q, v, a: 0.02 * np.abs(a),
+    "a soft end stop": lambda t, q, v, a: 8.0 * np.maximum(q + 0.1, 0.0),
+}
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return pendulum()
+
+
+def diagnosed(robot: Robot, missing: Torque | None, seed: int = 1, **how: float) -> Diagnosis:
+    return diagnose(robot, record(seed, missing, **how), record(seed + HELDOUT, missing, **how))  # type: ignore[arg-type]
+
+
+def cases(core: tuple[str, ...]) -> list[object]:
+    return [pytest.param(name, marks=() if name in core else pytest.mark.slow) for name in MISSING]
+
+
+@pytest.mark.parametrize("name", cases(CORE))
+def test_missing_effect_is_named_and_its_value_is_right(robot: Robot, name: str) -> None:
+    missing, expected = MISSING[name]
+    found = diagnosed(robot, missing)
+    assert found.verdict is Verdict.MISSING_PHYSICS
+    assert {finding.effect: finding.place for finding in found.findings} == dict.fromkeys(expected, "arm")
+    for finding in found.findings:
+        assert set(finding.parameters) == set(expected[finding.effect])
+        for parameter, truth in expected[finding.effect].items():
+            estimate = finding.parameters[parameter]
+            assert estimate.se is not None
+            # Effects that jump are low-passed with the motion, which costs them a little more than noise does.
+            assert abs(estimate.value - truth) < max(4.0 * estimate.se, 0.01 * abs(truth)), parameter
+            assert estimate.se < 0.1 * abs(truth)
+
+
+def test_errors_told_are_those_of_the_finding(robot: Robot) -> None:
+    found = diagnosed(robot, MISSING["Coulomb friction"][0])
+    (friction,) = found.findings
+    assert friction.heldout_before == found.before.heldout
+    assert friction.heldout_after == pytest.approx(found.after.heldout, rel=1e-4)
+    assert friction.heldout_gain == pytest.approx(found.before.heldout - found.after.heldout, rel=1e-4)
+    # Left is the noise of the sensor that fits in the band, and what the friction's jumps lose in it.
+    band = 2 * found.band / 500.0
+    assert found.after.heldout * np.sqrt(np.mean(found.traces.effort**2)) < 2 * TORQUE_NOISE * np.sqrt(band)
+    assert friction.p_value < 1e-6
+
+
+def test_the_specification_that_comes_out_is_the_machine(robot: Robot) -> None:
+    """Diagnosed again, the machine lacks nothing: its file holds the effect, in its units, with its value."""
+    missing = MISSING["Coulomb friction"][0]
+    found = diagnosed(robot, missing)
+    again = robot_from_text(found.diagnosed.text, "again.toml")
+    assert [(e.type, e.at) for e in again.effects] == [("viscous_friction", "arm"), ("coulomb_friction", "arm")]
+    ((level, _),) = dict(again.effects[1].values)["level"].factors
+    assert {p.name: p.value for p in again.parameters}[level] == pytest.approx(0.3, rel=0.01)
+    second = diagnosed(again, missing, seed=2)
+    assert (second.verdict, second.findings) == (Verdict.COMPLETE, ())
+
+
+@pytest.mark.parametrize("seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 13))])
+def test_complete_model_is_called_complete(robot: Robot, seed: int) -> None:
+    found = diagnosed(robot, None, seed)
+    assert (found.verdict, found.findings) == (Verdict.COMPLETE, ())
+    assert not found.remaining.structured
+    assert found.after.heldout == pytest.approx(found.before.heldout, rel=1e-4)  # values are written with 8 digits
+    viscous = found.model["b"]
+    assert viscous.se is not None
+    assert abs(viscous.value - VISCOUS) < 5 * viscous.se
+
+
+def test_inertia_that_the_model_can_take_up_is_no_finding(robot: Robot) -> None:
+    """A wrong number in the model is not missing physics."""
+    found = diagnosed(robot, lambda t, q, v, a: 0.03 * a)
+    assert found.verdict is Verdict.COMPLETE
+    model = {name: estimate.value for name, estimate in found.model.items()}
+    turning = model["I"] + model["m"] * model["r"] ** 2
+    assert turning == pytest.approx(INERTIA + MASS * 0.3**2 + 0.03, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(FOREIGN))
+def test_torque_outside_the_catalogue_is_not_explained_away(robot: Robot, name: str) -> None:
+    found = diagnosed(robot, FOREIGN[name])
+    assert found.verdict is not Verdict.COMPLETE
+    assert found.remaining.structured
+    quantity = {"acceleration": "acceleration", "speed": "speed"}.get(name.rpartition(" ")[2], "position")
+    assert found.remaining.variable == f"{quantity} of arm"
+    assert found.remaining.share > 0.2
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_torque_that_no_effect_comes_near_leaves_the_recording_unexplained(robot: Robot, seed: int) -> None:
+    found = diagnosed(robot, lambda t, q, v, a: 0.1 * v**3 * q, seed)
+    assert (found.verdict, found.findings) == (Verdict.UNEXPLAINED, ())
+    assert found.remaining.structured
+    assert found.remaining.heldout == found.after.heldout > 0.05
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 1e-2])
+def test_recording_that_hardly_moves_invents_nothing(robot: Robot, amplitude: float) -> None:
+    found = diagnosed(robot, None, amplitude=amplitude)
+    assert (found.verdict, found.findings) == (Verdict.COMPLETE, ())
+    assert found.model["m"].se is None  # mass and arm are one number here, and it says so
+
+
+@pytest.mark.parametrize("duration", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [1, 2, *(pytest.param(s, marks=pytest.mark.slow) for s in range(3, 7))])
+def test_short_recording_invents_nothing(robot: Robot, duration: float, seed: int) -> None:
+    assert diagnosed(robot, None, seed, duration=duration).findings == ()
+
+
+def test_same_recordings_give_the_same_bytes(robot: Robot) -> None:
+    texts = [json.dumps(diagnosed(robot, MISSING["ripple"][0]).to_json()) for _ in range(2)]
+    assert texts[0] == texts[1]
+    other = json.dumps(diagnosed(robot, MISSING["ripple"][0], seed=2).to_json())
+    assert other != texts[0]
+
+
+def test_json_has_the_fields_that_programs_read(robot: Robot) -> None:
+    told = json.loads(json.dumps(diagnosed(robot, MISSING["Coulomb friction"][0]).to_json(), allow_nan=False))
+    assert told["verdict"] == "missing_physics"
+    (finding,) = told["findings"]
+    assert (finding["effect"], finding["place"]) == ("coulomb_friction", "arm")
+    assert set(finding["parameters"]["level"]) == {"value", "se", "unit"}
+    assert finding["parameters"]["level"]["unit"] == "N m"
+    assert finding["heldout_gain"] > 0.9 * told["fit"]["before"]["heldout"]
+    for when in ("before", "after"):
+        assert set(told["fit"][when]) == {"training", "heldout"}
+    assert told["recordings"] == {"training": "run-1", "heldout": "run-101"}
+
+
+def test_band_that_is_given_is_used(robot: Robot) -> None:
+    found = diagnose(robot, record(1), record(1 + HELDOUT), band=7.5)
+    assert found.band == 7.5
+
+
+def test_effort_that_nobody_measured_is_asked_for(robot: Robot) -> None:
+    full = record(1)
+    blind = type(full)(
+        full.name,
+        full.time,
+        {key: values for key, values in full.channels.items() if key[0] != "effort"},
+        full.sample_time,
+        full.segments,
+        (),
+        full.sha256,
+    )
+    with pytest.raises(InputError, match="no effort") as caught:
+        diagnose(robot, blind, full)
+    assert [problem.code for problem in caught.value.problems] == ["SD520"]
