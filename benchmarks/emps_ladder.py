@@ -210,7 +210,11 @@ def _findings(diagnosis: Diagnosis) -> str:
         values = _listed(finding.parameters)
         rows.append(f"| {i} | {finding.title} | {finding.place} | {values} | {_percent(finding.heldout_after)} |")
     left = diagnosis.remaining
-    told = f"it still follows the {left.variable}" if left.structured else "none of it follows the motion any more"
+    told = (
+        f"{100 * left.share:.0f} % of its power still follows the {left.variable}"
+        if left.structured
+        else "none of it follows the motion"
+    )
     rest = f"What is left is {_percent(left.heldout)} of the held-out force; {told}."
     return "\n".join([*rows, "", f"All values are those of the last step. {rest}"])
 

@@ -125,6 +125,8 @@ def show(result: Diagnosis) -> None:
             )
     left = result.remaining
     shape = f", {percent(left.share)} of its power follows the {left.variable}" if left.variable else ""
+    if left.structured and left.variable is None:
+        shape = f", {percent(left.share)} of its power slow, unlike noise, but not a function of the motion"
     out.print(
         f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False
     )

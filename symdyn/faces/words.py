@@ -35,8 +35,7 @@ VERDICT_MEANINGS: Mapping[Verdict, str] = MappingProxyType(
             "as well. Take the finding as a group until a recording that tells its members apart has been made."
         ),
         Verdict.UNEXPLAINED: (
-            "What is left on the held-out recording follows the motion, so it is not noise, but no effect that "
-            "symdyn knows explains it."
+            "What is left on the held-out recording is not noise, but no effect that symdyn knows explains it."
         ),
     }
 )
@@ -57,8 +56,9 @@ def verdict_words(diagnosis: Diagnosis) -> str:
         lacked = _joined([_lacked(f) for f in diagnosis.findings], ", and " if unsure else " and ")
         return f"The model lacked {lacked}{': these recordings do not tell which' if unsure else ''}."
     if diagnosis.remaining.structured:
-        follows = f"the {diagnosis.remaining.variable}" if diagnosis.remaining.variable else "the motion"
-        return f"The model misses something that follows {follows}, and no known effect explains it."
+        variable = diagnosis.remaining.variable
+        kind = f"that follows the {variable}" if variable else "that is no noise and does not follow the motion"
+        return f"The model misses something {kind}, and no known effect explains it."
     return "These recordings show nothing that the model lacks."
 
 
@@ -74,7 +74,10 @@ def leftover_words(diagnosis: Diagnosis) -> str:
     """A caveat where effects were found and what is left still follows the motion; else nothing."""
     if not diagnosis.findings or not diagnosis.remaining.structured:
         return ""
-    return f"Part of what is left still follows the {diagnosis.remaining.variable or 'motion'}."
+    variable = diagnosis.remaining.variable
+    if variable is None:
+        return "Part of what is left is no noise, but does not follow the motion."
+    return f"Part of what is left still follows the {variable}."
 
 
 def effect_title(identifier: str) -> str:

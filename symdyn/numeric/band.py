@@ -46,7 +46,10 @@ def analysis_band(residual: Array, observation: Observation) -> Band:
     widest = 0.0
     for column in residual[longest].T:
         frequency, power = signal.welch(
-            column - column.mean(), observation.rate, nperseg=max(256, len(column) // 8), detrend="constant"
+            column - column.mean(),
+            observation.rate,
+            nperseg=min(len(column), max(256, len(column) // 8)),
+            detrend="constant",
         )
         floor = np.median(power[len(power) // 2 :])
         visible = frequency <= observation.cutoff

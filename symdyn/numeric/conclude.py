@@ -43,6 +43,7 @@ def conclude(
         (r_heldout, _motion(judge)),
         [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
         after.heldout,
+        judge.samples_per_period,
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     return Diagnosis(

@@ -97,6 +97,9 @@ def _first_that_earns(
         except NumericalError:
             alarms.append(f"{trial.candidate.label} could not be fitted: it does not settle")
             continue
+        if not case.certain(trial.candidate, better):
+            alarms.append(f"{trial.candidate.label} lowers the error, but its size cannot be told from zero")
+            continue
         if case.earns(current, better):
             return trial, better
         alarms.append(f"{trial.candidate.label} fits the training data better, but not the held-out data")
@@ -170,6 +173,8 @@ def _with_rivals(
         if other.place != mine[0].place or other is mine[0]:
             continue
         trial = search.trial(other)
+        if search.contains(trial, own):
+            continue  # the finding and more: it fits as well by being the same
         p_value = encompassing(trial.errors, own.errors)[1]
         if trial.admissible and trial.gain > 0 and p_value > TIE:
             rivals.append(Rival(other.effect, other.place.address, p_value))

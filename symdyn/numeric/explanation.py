@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from symdyn.numeric.candidates import Candidate, bounds, candidate_bounds, fitted_parameters
 from symdyn.numeric.findings import Errors, Estimate
@@ -18,6 +19,7 @@ from symdyn.spec.records import Robot
 Array = NDArray[np.float64]
 
 LEVEL = 0.01  # significance of a gain
+CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 EARNS = 0.03  # an effect that takes less than this part off the held-out error is not worth a line in a model
 
 Found = tuple[tuple[Candidate, float | None], ...]  # candidates with the scanned value of their shape parameter
@@ -89,6 +91,14 @@ class Case:
             )
             for schema in schemas
         }
+
+    def certain(self, candidate: Candidate, of: Explanation) -> bool:
+        """Whether any of its parameters can be told from the value at which it vanishes."""
+        estimates = self.parameters(candidate, of)
+        return any(
+            e.se is None or abs(e.value - (schema.null or 0.0)) > CERTAIN * e.se
+            for schema, e in ((s, estimates[s.name]) for s in candidate.linear)
+        )
 
     def model_parameters(self, of: Explanation) -> dict[str, Estimate]:
         """The model's own parameters as fitted."""

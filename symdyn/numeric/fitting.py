@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import optimize
 
 from symdyn.base.errors import NumericalError, Problem
 from symdyn.numeric.regression import LinearFit, fit_linear, solve_bounded
@@ -64,10 +65,39 @@ def fit(bench: Workbench, p: Array, names: Sequence[str], weight: Array, bounds:
             break
     else:
         if fall > CREEPING * previous:
-            message = f"the fit of {', '.join(names)} did not settle in {MAX_ITERATIONS} iterations"
-            raise NumericalError(Problem("SD612", message))
+            p = _trust_region(bench, p, names, where, weight, size, (lower, upper))
     last = fit_linear(bench.columns(p, names) * weight[:, None], bench.residual(p) * weight)
     return Fit(tuple(names), p, last)
+
+
+def _trust_region(
+    bench: Workbench,
+    p: Array,
+    names: Sequence[str],
+    where: Sequence[int],
+    weight: Array,
+    size: Array,
+    limits: tuple[Array, Array],
+) -> Array:
+    """What Gauss-Newton does not settle: parameters that appear as products, in a model that lacks something."""
+
+    def at(x: Array) -> Array:
+        moved = p.copy()
+        moved[where] = x
+        return moved
+
+    def residual(x: Array) -> Array:
+        return (bench.residual(at(x)) * weight).ravel()
+
+    def jacobian(x: Array) -> Array:
+        return -(bench.columns(at(x), names) * weight[:, None]).reshape(-1, len(names))
+
+    start = np.clip(p[where], *limits)
+    solution = optimize.least_squares(residual, start, jac=jacobian, bounds=limits, x_scale=size, ftol=SETTLED)
+    if not solution.success:
+        message = f"the fit of {', '.join(names)} did not settle: {solution.message}"
+        raise NumericalError(Problem("SD612", message))
+    return at(solution.x)
 
 
 def _line_search(

@@ -1,4 +1,4 @@
-"""Whether what is left still follows the motion: structure that no known effect explains."""
+"""Whether what is left has structure: it follows the motion, or is slow where noise would be even."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal, stats
 
 from symdyn.numeric.findings import Remaining
 from symdyn.numeric.regression import encompassing
@@ -17,16 +18,18 @@ BINS = 16  # equally filled bins of one variable: any shape, no assumption on it
 BINS_OF_PAIR = 8  # of each of two variables
 LEVEL = 0.01
 SHARE = 0.1  # structure worth naming: a tenth of what is left
+SLOW_SHARE = 0.5  # without any variable to name, half of it
 
 Data = tuple[Array, Array]  # residual (K, n) and variables (K, v)
 
 
-def leftover(training: Data, heldout: Data, variables: Sequence[str], error: float) -> Remaining:
+def leftover(training: Data, heldout: Data, variables: Sequence[str], error: float, per_band: float) -> Remaining:
     """Learn the training residual as a free-form function of the motion; see what that predicts held out.
 
     ``variables`` names the v columns. One variable at a time, and pairs of them where no single one
     tells: a curve or surface that predicts the residual of another recording is structure. Its share
-    of the residual's power, and the variables, are reported.
+    of the residual's power, and the variables, are reported. What no variable tells may still be no
+    noise: ``per_band`` samples per period of the band's edge, its spectrum is asked.
     """
     single = [(j,) for j in range(len(variables))]
     found = _best(training, heldout, variables, single, BINS, error)
@@ -34,7 +37,34 @@ def leftover(training: Data, heldout: Data, variables: Sequence[str], error: flo
         return found
     pairs = list(combinations(range(len(variables)), 2))
     together = _best(training, heldout, variables, pairs, BINS_OF_PAIR, error)
-    return together if together.structured else found
+    if together.structured:
+        return together
+    share, p_value = slow_share(heldout[0], per_band)
+    return Remaining(error, True, share, None, p_value) if share > SLOW_SHARE and p_value < LEVEL else found
+
+
+def slow_share(residual: Array, per_band: float) -> tuple[float, float]:
+    """Share of the power that the lower half of the band has above the level of its upper half, and its p-value.
+
+    Sensor noise is even over the band, or grows with frequency where positions were differentiated;
+    a mismatch lives in the lower half of a band that was chosen to hold it twice over. ``residual``
+    (K, n) has ``per_band`` samples per period of the band's edge. Level and scatter are those of
+    Welch's spectrum: each bin is chi-squared with two degrees of freedom per independent segment.
+    """
+    best = (0.0, 1.0)
+    for column in residual.T:
+        length = min(len(column), max(32, len(column) // 8))
+        frequency, power = signal.welch(column, per_band, nperseg=length, detrend="constant")
+        half = 0.5 + 2.0 * frequency[1]  # a line at the middle spreads over two bins of the window
+        low = power[(frequency > 0) & (frequency <= half)]
+        high = power[(frequency > half) & (frequency <= 0.9)]
+        if len(low) == 0 or len(high) == 0 or not high.any():
+            continue
+        freedom = 2.0 * len(column) / length
+        p_value = float(stats.f.sf(low.mean() / high.mean(), freedom * len(low), freedom * len(high)))
+        excess = float(low.sum() - high.mean() * len(low))
+        best = max(best, (excess / float(power[frequency <= 1.0].sum()), min(1.0, p_value * residual.shape[1])))
+    return best
 
 
 def _best(

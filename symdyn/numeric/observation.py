@@ -83,7 +83,7 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
 
 
 def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) -> float:
-    """Highest frequency (Hz) up to which a position's spectrum stands above its own noise floor.
+    """Frequency (Hz) below which a position's spectrum stands above its own noise floor without a gap.
 
     The spectrum is taken of second differences and divided by theirs: the slow, large part of the
     motion would otherwise leak over everything else.

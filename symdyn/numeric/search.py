@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 FOLDS = 8  # contiguous blocks, so that a block's neighbours do not give it away
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
+SAME = 1e-3  # part of a law that another one must leave for the two to differ; noise hides less
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +75,15 @@ class Search:
         errors = self._cross_validated(design)
         gain, p_value = encompassing(self.errors, errors)
         return Trial(candidate, shape, tests, estimate, errors, gain, p_value)
+
+    def contains(self, larger: Trial, smaller: Trial) -> bool:
+        """Whether one candidate's law is the other's with more freedom, on this recording."""
+        if larger.candidate.size <= smaller.candidate.size:
+            return False
+        wide, narrow = (self._columns(t.candidate, t.shape).reshape(len(self._left), -1) for t in (larger, smaller))
+        space = np.concatenate([self._basis, wide], axis=1)
+        left = narrow - space @ np.linalg.lstsq(space, narrow, rcond=RANK_TOLERANCE)[0]
+        return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * np.linalg.norm(narrow, axis=0)))
 
     def _best_shape(self, candidate: Candidate, values: Array) -> float:
         losses = np.array([self._training_loss(candidate, value) for value in values])

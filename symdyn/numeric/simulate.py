@@ -72,9 +72,14 @@ def simulate(
     def jacobian(t: float, x: Array) -> Array:
         return np.asarray(kernel.state_derivative_state_jacobian(x, control(t)))
 
-    solution = integrate.solve_ivp(
-        rate, (time[0], time[-1]), x0, method="Radau", jac=jacobian, t_eval=time, rtol=tolerance, atol=tolerance * 1e-2
-    )
+    span, finest = (time[0], time[-1]), tolerance * 1e-2
+    try:
+        solution = integrate.solve_ivp(
+            rate, span, x0, method="Radau", jac=jacobian, t_eval=time, rtol=tolerance, atol=finest
+        )
+    except ValueError as error:  # linear algebra on numbers that are not finite any more
+        hint = "the model is unstable, or too stiff for the tolerance"
+        raise NumericalError(Problem("SD303", f"the simulation left the finite numbers: {error}", hint=hint)) from None
     if not solution.success or not np.all(np.isfinite(solution.y)):
         reached = float(solution.t[-1]) if len(solution.t) else float(time[0])
         last = solution.y[:, -1] if solution.y.size else x0

@@ -62,3 +62,9 @@ class Workbench:
     def bring(self, values: Array) -> Array:
         """(N, ...) to (K, ...): into the analysis band, if there is one."""
         return values if self.band is None else self.band.bring(values, self.observation)
+
+    @property
+    def samples_per_period(self) -> float:
+        """Samples per period of the band's edge."""
+        rate = self.observation.rate
+        return 2.0 if self.band is None else rate / (self.band.stride * self.band.cutoff)

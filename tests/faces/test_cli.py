@@ -71,7 +71,6 @@ def test_version() -> None:
         ("simulate", "emps", "--step", "2"),
         ("simulate", "emps", "--step", "1e-12"),
         ("simulate", "emps", "--smoothing", "-1"),
-        ("diagnose", "emps", "a.csv", "--holdout", "./a.csv"),
     ],
     ids=" ".join,
 )

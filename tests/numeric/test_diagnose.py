@@ -192,3 +192,25 @@ def test_effort_that_nobody_measured_is_asked_for(robot: Robot) -> None:
     with pytest.raises(InputError, match="no effort") as caught:
         diagnose(robot, blind, full)
     assert [problem.code for problem in caught.value.problems] == ["SD520"]
+
+
+UNSEEN: dict[str, Torque] = {
+    "angle times speed": lambda t, q, v, a: 0.3 * v * q,
+    "a drift": lambda t, q, v, a: 0.3 * np.tanh(t - 8),
+    "a disturbance from outside": lambda t, q, v, a: 0.3 * np.sin(2 * np.pi * 1.3 * t),
+}
+
+
+@pytest.mark.parametrize("name", UNSEEN)
+def test_what_no_single_variable_tells_is_not_called_complete(robot: Robot, name: str) -> None:
+    found = diagnosed(robot, UNSEEN[name])
+    assert found.verdict is Verdict.UNEXPLAINED
+    assert found.remaining.share > 0.5
+
+
+def test_a_finding_has_no_rival_that_contains_it(robot: Robot) -> None:
+    """A spring without stiffness is an offset: it fits as well by being the same."""
+    found = diagnosed(robot, lambda t, q, v, a: np.full_like(q, 0.2))
+    assert [f.effect for f in found.findings] == ["force_offset"]
+    assert found.findings[0].rivals == ()
+    assert found.verdict is Verdict.MISSING_PHYSICS

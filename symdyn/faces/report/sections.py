@@ -65,7 +65,13 @@ def remaining_text(diagnosis: Diagnosis) -> Markup:
     left = diagnosis.remaining
     sentences = [f"On the held-out recording {percent(left.heldout)} of the effort stays unexplained."]
     follows = f"the {left.variable}" if left.variable else "the motion"
-    if left.structured:
+    if left.structured and left.variable is None:
+        sentences.append(
+            f"It is no noise: {percent(left.share)} of its power is slow, where noise would be even "
+            f"({probability(left.p_value)}), but it does not follow position, speed or acceleration. Look for what "
+            "changes with time, for disturbances from outside, and for physics with a memory."
+        )
+    elif left.structured:
         sentences.append(
             f"It is structured: {percent(left.share)} of its power follows {follows} ({probability(left.p_value)}). "
             "Look there for physics that symdyn does not know."
