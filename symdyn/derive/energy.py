@@ -6,7 +6,6 @@ import sympy as sp
 
 from symdyn.derive.bodies import body
 from symdyn.derive.kinematics import frames
-from symdyn.derive.newton_euler import name_matrix
 from symdyn.derive.quantities import expression
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
@@ -37,3 +36,8 @@ def energies(robot: Robot, steps: Steps) -> tuple[sp.Expr, sp.Expr]:
         orientation = name_matrix(f"Q_{i}", orientation * rotation, f"{label}: orientation", steps)
         potential -= gravity.dot(link.mass * origin + orientation * link.first_moment)
     return kinetic, potential
+
+
+def name_matrix(name: str, matrix: sp.Matrix, origin: str, steps: Steps) -> sp.Matrix:
+    """The matrix with its entries named, so that each product of sines and cosines is formed once."""
+    return sp.Matrix(3, 3, lambda r, k: steps.name(f"{name}_{r + 1}{k + 1}", matrix[r, k], origin))

@@ -1,0 +1,58 @@
+"""Base inertial parameters by rules: what a link cannot show by its own motion is handed to the link before it.
+
+Mass on the axis of a revolute joint does not move when the joint turns: its share of the pseudo-inertia
+(mass, first and second moment along z) may as well belong to the previous link. The second moments of a
+link on a prismatic joint never turn against the previous link, and belong to it too. These are the rules
+of Gautier and Khalil (1990) and Khalil and Kleinfinger (1987), in terms of the pseudo-inertia, in which
+both are one line each. The equations of motion are the same, with fewer numbers in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from symdyn.derive.joint_frames import JointFrame, moved
+from symdyn.derive.steps import Steps
+
+_ENTRIES = [(r, c) for r in range(4) for c in range(r, 4)]
+_AXES = "xyz1"
+
+
+def group(frames: Sequence[JointFrame], names: Sequence[str], steps: Steps) -> tuple[sp.Matrix, ...]:
+    """Pseudo-inertias (4, 4) of the links after grouping, from the last link inwards; entries go to ``steps``."""
+    found = []
+    handed = sp.zeros(4, 4)
+    for i in range(len(frames), 0, -1):
+        frame = frames[i - 1]
+        own = _named(frame.pseudo_inertia + handed, i, f"link {i} ({names[i - 1]}): base parameters", steps)
+        share = _share(own, frame.prismatic)
+        position = sp.zeros(3, 1) if frame.prismatic else frame.position  # second moments know no place
+        handed = moved(share, frame.twist * _turn(frame), position)
+        found.append(own - share)
+    return tuple(reversed(found))
+
+
+def _share(inertia: sp.Matrix, prismatic: bool) -> sp.Matrix:
+    kept = sp.zeros(4, 4)
+    rows = (0, 1, 2) if prismatic else (2, 3)
+    for r in rows:
+        for c in rows:
+            kept[r, c] = inertia[r, c]
+    return kept
+
+
+def _turn(frame: JointFrame) -> sp.Matrix:
+    """Only a prismatic joint has a fixed angle; what sits on the axis of a revolute one does not see it."""
+    if not frame.prismatic:
+        return sp.eye(3)
+    c, s = sp.cos(frame.angle), sp.sin(frame.angle)
+    return sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def _named(inertia: sp.Matrix, i: int, origin: str, steps: Steps) -> sp.Matrix:
+    named = sp.zeros(4, 4)
+    for r, c in _ENTRIES:
+        named[r, c] = named[c, r] = steps.name(f"J_{i}_{_AXES[r]}{_AXES[c]}", inertia[r, c], origin)
+    return named
