@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
+from functools import cached_property
 from pathlib import Path
 
 from symdyn import __version__
@@ -13,8 +15,11 @@ from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.emit import latex
+from symdyn.emit.forms import Form, forms
 from symdyn.emit.kernel import Kernel, load_source
-from symdyn.emit.kernel_source import KernelSource, kernel_source
+from symdyn.emit.kernel_source import kernel_source
+from symdyn.emit.target import Target
+from symdyn.emit.targets import DEFAULT_TARGET, target
 from symdyn.emit.templates import digest
 from symdyn.physics import schemas
 from symdyn.program.cost import Cost
@@ -24,20 +29,25 @@ from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
 from symdyn.spec.toml_reader import read_robot, read_robot_text, read_with_warnings
 
-TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2", "latex/equations.tex.j2")
+EQUATIONS, MANIFEST = "equations.tex", "manifest.json"
 _ROW = re.compile(r"\[[^][{}]*\]")  # an innermost list of JSON: a row of a table, which belongs on one line
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Compiled:
     """Everything that follows from one robot; ``kernel()`` loads its compiled functions."""
 
     robot: Robot
     equations: EquationsOfMotion
-    source: KernelSource
+    forms: tuple[Form, ...]
+
+    @cached_property
+    def source(self) -> str:
+        """The Numba module."""
+        return kernel_source(self.equations, self.forms)
 
     def kernel(self) -> Kernel:
-        return load_source(self.source.text)
+        return load_source(self.source)
 
 
 def load_robot(model: str | Path) -> Robot:
@@ -58,19 +68,29 @@ def robot_from_text(text: str, file: str) -> Robot:
 
 
 def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
-    """Derive, build and optimise the programs, print them. Nothing is compiled by Numba yet.
+    """Derive, build and optimise the programs. Nothing is printed, or compiled by Numba, before it is asked for.
 
     ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events.
     """
     equations = equations_of_motion(robot)
-    return Compiled(robot, equations, kernel_source(equations, functions(equations, smoothing)))
+    return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
-def generate(robot: Robot, folder: Path) -> tuple[Path, ...]:
-    """Write kernel.py, equations.tex and manifest.json; same robot, same bytes."""
+def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:
+    """Write the files of every target (kernel.py), equations.tex and manifest.json; same robot, same bytes.
+
+    Raises UsageError (SD012) for a target that does not exist, before anything is written.
+    """
+    chosen = [target(name) for name in dict.fromkeys(targets)]
     compiled = compile_robot(robot)
-    files = {"kernel.py": compiled.source.text, "equations.tex": latex.document(compiled.equations)}
-    files["manifest.json"] = _manifest(compiled, files)
+    files: dict[str, str] = {}
+    for each in chosen:
+        for name, text in each.emit(compiled.equations, compiled.forms).items():
+            if name in (*files, EQUATIONS, MANIFEST):
+                raise ValueError(f"target {each.name} writes {name}, and is not the only one")
+            files[name] = text
+    files[EQUATIONS] = latex.document(compiled.equations)
+    files[MANIFEST] = _manifest(compiled, chosen, files)
     written = []
     for name, text in files.items():
         write_atomically(folder / name, text)
@@ -78,16 +98,17 @@ def generate(robot: Robot, folder: Path) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def _manifest(compiled: Compiled, files: dict[str, str]) -> str:
+def _manifest(compiled: Compiled, targets: Sequence[Target], files: Mapping[str, str]) -> str:
     """What went in and what came out, by hash, and what each pass did; no dates, no paths."""
+    templates = [name for each in targets for name in each.templates]
     facts = {
         "robot": compiled.robot.name,
         "symdyn": __version__,
         "model_sha256": _sha256(compiled.robot.text),
-        "templates_sha256": digest(*TEMPLATES),
+        "templates_sha256": digest(*templates, "latex/equations.tex.j2"),
         "files_sha256": {name: _sha256(text) for name, text in files.items()},
         "cost_columns": ["pass_name", "round", *(field.name for field in fields(Cost))],
-        "costs": {name: [_cells(row) for row in rows] for name, rows in compiled.source.costs.items()},
+        "costs": {form.name: [_cells(row) for row in form.costs] for form in compiled.forms},
     }
     return _ROW.sub(lambda row: " ".join(row[0].split()), json.dumps(facts, indent=1)) + "\n"
 

@@ -3,77 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
+from symdyn.emit.forms import Form
 from symdyn.emit.numba_printer import body_lines
+from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
-from symdyn.program.functions import Function, fold_parameters
-from symdyn.program.optimize import CostRow, optimize
 from symdyn.program.ssa import Argument, Program
 
-
-@dataclass(frozen=True, slots=True)
-class KernelSource:
-    """``text`` of kernel.py, and what each pass did to each function."""
-
-    text: str
-    costs: Mapping[str, tuple[CostRow, ...]]
+TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2")
 
 
-def kernel_source(
-    equations: EquationsOfMotion, functions: Sequence[Function], title: str | None = None
-) -> KernelSource:
-    """Print the functions as one module; folded forms are left out where a parameter is left free."""
-    values = [math.nan if p.value is None else p.value for p in equations.robot.parameters]
-    pieces, costs = [], {}
-    for function in functions:
-        forms = [(function, f"{function.name}_p", " Parameters from the vector p.")]
-        if all(math.isfinite(value) for value in values):
-            forms.insert(0, (fold_parameters(function, values), function.name, ""))
-        for form, name, note in forms:
-            optimized = optimize(form.program)
-            costs[name] = optimized.costs
-            pieces.append(_function(optimized.program, name, function.doc + note))
-    tables = name_tables(equations, values)
-    free = [p.name for p in equations.robot.parameters if p.value is None]
-    text = render(
+def kernel_source(equations: EquationsOfMotion, forms: Sequence[Form]) -> str:
+    """The text of kernel.py: the forms of all functions as one module."""
+    pieces = [_function(form.program, form.name, form.doc) for form in forms]
+    return render(
         "numba/kernel.py.j2",
         {
-            "title": title or f"Kernel of {equations.robot.name}: {_plain(equations.robot.description)}",
+            "title": about(equations),
             "version": __version__,
-            "tables_doc": _tables_doc(free),
-            "tables": tables,
+            "tables_doc": _tables_doc(free_parameters(equations)),
+            "tables": _tables(equations),
             "functions": "\n\n".join(pieces).rstrip("\n"),
         },
     )
-    return KernelSource(text, costs)
 
 
-def name_tables(equations: EquationsOfMotion, values: Sequence[float]) -> str:
+def _tables(equations: EquationsOfMotion) -> str:
     """The constants of a kernel that say what each entry of each vector is, and its unit."""
-    axes, robot = equations.axes, equations.robot
-    rows = {
-        "ROBOT": repr(robot.name),
-        "COORDINATES": _tuple(a.address for a in axes),
-        "COORDINATE_UNITS": _tuple(a.unit for a in axes),
-        "EFFORT_UNITS": _tuple(a.effort_unit for a in axes),
-        "STATES": _tuple(
-            [f"{a.address}.q" for a in axes] + [f"{a.address}.qd" for a in axes] + [s.name for s in equations.states]
-        ),
-        "STATE_UNITS": _tuple(
-            [a.unit for a in axes] + [f"{a.unit}/s" for a in axes] + [s.unit for s in equations.states]
-        ),
-        "INPUTS": _tuple(i.name for i in equations.inputs),
-        "INPUT_UNITS": _tuple(i.unit for i in equations.inputs),
-        "OUTPUTS": _tuple(s.name for s in equations.sensors),
-        "OUTPUT_UNITS": _tuple(s.unit for s in equations.sensors),
-        "PARAMETERS": _tuple(p.name for p in robot.parameters),
-        "PARAMETER_UNITS": _tuple(p.unit for p in robot.parameters),
-        "PARAMETER_VALUES": f"np.array([{', '.join(_number(v) for v in values)}])",
-    }
+    rows = {"ROBOT": repr(equations.robot.name)}
+    rows |= {name: repr(entries) for name, entries in name_tables(equations).items()}
+    rows["PARAMETER_VALUES"] = f"np.array([{', '.join(_number(v) for v in parameter_values(equations))}])"
     return "\n".join(f"{name} = {value}" for name, value in rows.items())
 
 
@@ -137,14 +99,5 @@ def _tables_doc(free: Sequence[str]) -> str:
     return f"Left free, hence no form with parameters folded in: {', '.join(free)}."
 
 
-def _tuple(items) -> str:  # type: ignore[no-untyped-def]
-    return repr(tuple(items))
-
-
 def _number(value: float) -> str:
     return "np.nan" if math.isnan(value) else repr(float(value))
-
-
-def _plain(text: str) -> str:
-    """A user's sentence as part of a docstring: no quotes or backslashes that could end it."""
-    return "".join(c for c in text if c.isprintable()).replace("\\", "/").replace('"', "'")

@@ -79,12 +79,15 @@ def generate(
         Path, typer.Option("--out", "-o", help="Folder to write to; a folder per robot is made in it.")
     ] = Path("generated"),
     everything: Annotated[bool, typer.Option("--all", help="All bundled machines.")] = False,
+    target: Annotated[
+        list[str] | None, typer.Option("--target", help="Language of the code, such as c; default: numba. Repeatable.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Write kernel.py, equations.tex and manifest.json for each robot."""
+    """Write the code (kernel.py), equations.tex and manifest.json for each robot."""
     from symdyn.faces import model_commands
 
-    model_commands.generate(models or [], out, everything, json)
+    model_commands.generate(models or [], out, everything, target or [], json)
 
 
 @app.command()

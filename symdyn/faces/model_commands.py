@@ -9,6 +9,7 @@ from pathlib import Path
 from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
 from symdyn.base.files import write_atomically
+from symdyn.emit.targets import DEFAULT_TARGET
 from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
 from symdyn.faces.recordings import open_recording
 from symdyn.spec.machines import machine_file, machine_names
@@ -79,7 +80,7 @@ def derive(model: str, steps: bool, json: bool) -> None:
         out.print(f"{symbol} = {expression}    # {origin}", markup=False)
 
 
-def generate(models: list[str], folder: Path, everything: bool, json: bool) -> None:
+def generate(models: list[str], folder: Path, everything: bool, targets: list[str], json: bool) -> None:
     if everything == bool(models):
         raise UsageError(Problem("SD011", "name the robots to generate, or give --all for the bundled machines"))
     wanted = list(machine_names()) if everything else models
@@ -92,7 +93,7 @@ def generate(models: list[str], folder: Path, everything: bool, json: bool) -> N
     with status(json) as progress:
         for robot in robots:
             progress(f"generating {robot.name}")
-            paths = compiler.generate(robot, folder / robot.name.replace("-", "_"))
+            paths = compiler.generate(robot, folder / robot.name.replace("-", "_"), targets or (DEFAULT_TARGET,))
             written[robot.name] = [str(path) for path in paths]
     if json:
         print_json(written)

@@ -26,7 +26,7 @@ def interpret(tmp_path_factory: pytest.TempPathFactory) -> Interpret:
 
     def kernel(of: Compiled) -> Kernel:
         path = tmp_path_factory.mktemp("interpreted") / "kernel.py"
-        path.write_text(of.source.text, encoding="utf-8")
+        path.write_text(of.source, encoding="utf-8")
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(numba.core.config, "DISABLE_JIT", 1)
             return load(path)

@@ -88,7 +88,7 @@ def test_an_altered_file_is_never_run(root: Path, altered: bytes) -> None:
 
 
 def test_what_numba_compiled_is_used_again(root: Path, compiled: Callable[[str], Compiled]) -> None:
-    text = compiled("emps").source.text
+    text = compiled("emps").source
     hits = []
     for _ in range(2):
         kernel = load_source(text)

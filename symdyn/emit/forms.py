@@ -1,0 +1,44 @@
+"""What every target prints: each function optimised, once with its parameters folded in and once with a vector."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from symdyn.derive.equations import EquationsOfMotion
+from symdyn.program.functions import Function, fold_parameters
+from symdyn.program.optimize import CostRow, optimize
+from symdyn.program.ssa import Program
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """A function as it is printed: NAME with numbers for parameters, or NAME_p with the vector ``p`` at the end.
+
+    ``program.name`` is that of the function; ``costs`` is what each pass did to it.
+    """
+
+    name: str
+    doc: str
+    program: Program
+    costs: tuple[CostRow, ...]
+
+
+def forms(equations: EquationsOfMotion, functions: Sequence[Function]) -> tuple[Form, ...]:
+    """Both forms of every function, in order; folded ones are left out where a parameter is left free."""
+    return tuple(_forms(equations, functions))
+
+
+def _forms(equations: EquationsOfMotion, functions: Sequence[Function]) -> Iterator[Form]:
+    values = [p.value for p in equations.robot.parameters]
+    numbers = [value for value in values if value is not None and math.isfinite(value)]
+    for function in functions:
+        if len(numbers) == len(values):
+            yield _form(fold_parameters(function, numbers), function.name, function.doc)
+        yield _form(function, f"{function.name}_p", f"{function.doc} Parameters from the vector p.")
+
+
+def _form(function: Function, name: str, doc: str) -> Form:
+    optimized = optimize(function.program)
+    return Form(name, doc, optimized.program, optimized.costs)
