@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import sys
 from collections.abc import Iterator
@@ -11,10 +12,12 @@ import numpy as np
 import pytest
 
 from symdyn.base.errors import InputError
-from symdyn.compiler import compile_robot, load_robot, robot_from_text
+from symdyn.compiler import compile_robot, generate, load_robot, robot_from_text
 from symdyn.derive.linearize import without_nonsmooth
+from symdyn.emit import targets
 from symdyn.numeric.candidates import candidates
 from symdyn.physics import effects, registry
+from symdyn.program.evaluate import evaluate
 from symdyn.spec.machines import machine_names
 
 CHECKOUT = Path(__file__).parent.parent
@@ -83,6 +86,18 @@ def catalogue_with_the_example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     sys.modules.pop(f"{effects.__name__}.hardening_spring", None)
 
 
+@pytest.fixture
+def targets_with_the_example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """CONTRIBUTING's target as one more file of the targets, and nothing else."""
+    (source,) = (block for block in _blocks("CONTRIBUTING.md", "python") if "TARGET = " in block)
+    (tmp_path / "micropython.py").write_text(source)
+    monkeypatch.setattr(targets, "__path__", [*targets.__path__, str(tmp_path)])
+    targets.targets.cache_clear()
+    yield
+    targets.targets.cache_clear()
+    sys.modules.pop(f"{targets.__name__}.micropython", None)
+
+
 def test_all_pages_were_found() -> None:
     assert {"README.md", "CONTRIBUTING.md", "design.md", "format.md", "seed.md"} <= {page.name for page in PAGES}
 
@@ -128,6 +143,24 @@ def test_the_effect_of_contributing_works_from_one_file(catalogue_with_the_examp
     q, qd, qdd = np.array([0.7]), np.array([1.0]), np.array([-2.0])
     more, less = (compile_robot(robot).kernel().inverse_dynamics(q, qd, qdd) for robot in (after, before))
     np.testing.assert_allclose(more - less, 0.8 * q**3, rtol=1e-12)
+
+
+def test_the_target_of_contributing_works_from_one_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, targets_with_the_example: None
+) -> None:
+    (model,) = _blocks("README.md", "toml")
+    robot = robot_from_text(model, "pendulum.toml")
+    written = generate(robot, tmp_path / "out", ["numba", "micropython"])
+    assert [path.name for path in written] == ["kernel.py", "robot.py", "equations.tex", "manifest.json"]
+    monkeypatch.syspath_prepend(tmp_path / "out")
+    module = importlib.import_module("robot")
+    rng = np.random.default_rng(1)
+    compiled = compile_robot(robot)
+    for form in compiled.forms:
+        given = {a.name: rng.uniform(0.5, 1.5, len(a.symbols)).tolist() for a in form.program.arguments}
+        found = getattr(module, form.name)(*given.values())
+        np.testing.assert_allclose(found, [float(v) for v in evaluate(form.program, given)], rtol=1e-12, atol=1e-12)
+    sys.modules.pop("robot")
 
 
 def test_the_blocks_of_the_format_are_read() -> None:
