@@ -68,7 +68,8 @@ _R3 = (
 def manutec_r3(pin: Any) -> Any:
     model = pin.Model()
     model.gravity = pin.Motion(np.array([0, -9.81, 0]), np.zeros(3))
-    parent, place = 0, _R3_BASE
+    parent = 0
+    place: Sequence[float] = _R3_BASE
     for axis, r, mass, com, moments, i_21 in _R3:
         joint = pin.JointModelRX() if axis == "x" else pin.JointModelRY()
         parent = model.addJoint(parent, joint, pin.SE3(np.eye(3), np.array(place, float)), f"r{parent + 1}")

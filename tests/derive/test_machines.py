@@ -43,7 +43,8 @@ def machine(name: str) -> Robot:
     """The bundled robot, its parameters replaced by their numbers."""
     robot = load_robot(name)
     values = {p.name: p.value for p in robot.parameters if p.value is not None}
-    return replace(_with_numbers(robot, values), parameters=())
+    resolved: Robot = _with_numbers(robot, values)
+    return replace(resolved, parameters=())
 
 
 @cache

@@ -69,6 +69,17 @@ CATALOGUE = {
             "coulomb_friction", MOVING, ParameterSchema("level", EFFORT, "F_c", "Coulomb friction level", lower=0.0)
         ),
         _effect(
+            "asymmetric_coulomb_friction",
+            MOVING,
+            ParameterSchema("level_positive", EFFORT, "F_c^+", "Coulomb friction level forwards", lower=0.0),
+            ParameterSchema("level_negative", EFFORT, "F_c^-", "Coulomb friction level backwards", lower=0.0),
+        ),
+        _effect(
+            "added_inertia",
+            MOVING,
+            ParameterSchema("inertia", {ROTATIONAL: "kg m^2", TRANSLATIONAL: "kg"}, "J", "inertia, or mass", lower=0.0),
+        ),
+        _effect(
             "stribeck_friction",
             MOVING,
             ParameterSchema("level", EFFORT, "F_s", "static friction level", lower=0.0),
