@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symdyn.base import symbols
+from symdyn.derive.composite import mass_matrix
 from symdyn.derive.coordinates import Coordinate, coordinates, joint_coordinates
 from symdyn.derive.energy import energies
 from symdyn.derive.forces import Contribution, balance, totals
@@ -53,6 +54,8 @@ class EquationsOfMotion:
     parameters: tuple[sp.Symbol, ...]
     steps: tuple[Step, ...]
     arm: tuple[sp.Expr, ...]
+    mass_steps: tuple[Step, ...]
+    arm_mass: sp.Matrix  # (n, n), zero for coordinates that are no joint's
     contributions: tuple[Contribution, ...]
     states: tuple[HiddenStateEquation, ...]
     inputs: tuple[Input, ...]
@@ -67,13 +70,18 @@ class EquationsOfMotion:
 
     def required(self) -> tuple[tuple[Step, ...], tuple[sp.Expr, ...]]:
         """Inverse dynamics: the effort (n,) that actuators must supply along each coordinate, with its steps."""
+        steps, efforts = self.of_effects()
+        return (*self.steps, *steps), tuple(a + b for a, b in zip(self.arm, efforts, strict=True))
+
+    def of_effects(self) -> tuple[tuple[Step, ...], tuple[sp.Expr, ...]]:
+        """The share of the effects in it."""
         steps = Steps()
-        total = list(self.arm)
+        total = [sp.Integer(0)] * len(self.axes)
         for c in self.contributions:
             name = f"{c.attachment.effect.identifier}_{c.attachment.address.replace('.', '_')}"
             for k, force in enumerate(sp.sympify(a) - b for a, b in zip(c.inertial, c.applied, strict=True)):
                 total[k] += steps.name(f"{name}_{k + 1}", force, c.attachment.origin) if force != 0 else 0
-        return (*self.steps, *steps.freeze()), tuple(total)
+        return steps.freeze(), tuple(total)
 
     def actuation(self) -> tuple[sp.Expr, ...]:
         """(n,) effort that inputs and hidden states supply along each coordinate."""
@@ -87,8 +95,9 @@ class EquationsOfMotion:
 def equations_of_motion(robot: Robot) -> EquationsOfMotion:
     """Derive the equations of a robot; nothing is expanded or simplified, so large arms are quick."""
     axes = coordinates(robot)
-    steps, energy_steps = Steps(), Steps()
+    steps, energy_steps, mass_steps = Steps(), Steps(), Steps()
     by_joint = dict(zip((c.address for c in joint_coordinates(robot)), inverse_dynamics(robot, steps), strict=True))
+    arm_mass = _spread(mass_matrix(robot, mass_steps), robot, axes)
     items = attachments(robot)
     kinetic, potential = energies(robot, energy_steps)
     stored_kinetic, stored_potential, _ = totals(items)
@@ -98,6 +107,8 @@ def equations_of_motion(robot: Robot) -> EquationsOfMotion:
         parameters=tuple(symbols.parameter(p.name) for p in robot.parameters),
         steps=steps.freeze(),
         arm=tuple(sp.sympify(by_joint.get(c.address, 0)) for c in axes),
+        mass_steps=mass_steps.freeze(),
+        arm_mass=arm_mass,
         contributions=tuple(balance(item, axes) for item in items),
         states=tuple(_state(item) for item in items if item.state is not None),
         inputs=_inputs(robot, axes, items),
@@ -106,6 +117,17 @@ def equations_of_motion(robot: Robot) -> EquationsOfMotion:
         kinetic=kinetic + stored_kinetic,
         potential=potential + stored_potential,
     )
+
+
+def _spread(mass: sp.Matrix, robot: Robot, axes: tuple[Coordinate, ...]) -> sp.Matrix:
+    """From joints to all coordinates."""
+    place = {c.address: k for k, c in enumerate(axes)}
+    at = [place[joint.name] for joint in robot.joints]
+    spread = sp.zeros(len(axes), len(axes))
+    for i, row in enumerate(at):
+        for j, column in enumerate(at):
+            spread[row, column] = mass[i, j]
+    return spread
 
 
 def _state(item: Attachment) -> HiddenStateEquation:

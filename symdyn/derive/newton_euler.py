@@ -34,13 +34,22 @@ def inverse_dynamics(robot: Robot, steps: Steps, grouped: bool = True) -> tuple[
     inertias = group(chain, names, steps) if grouped else tuple(frame.pseudo_inertia for frame in chain)
     gravity = sp.Matrix([expression(entry) for entry in robot.gravity])
     motion = _Motion(sp.zeros(3, 1), sp.zeros(3, 1), sp.Integer(0), sp.zeros(3, 3), -gravity)
-    wrenches, turns = [], []
+    turned, wrenches = turns(chain, names, steps), []
     for i, (frame, inertia, name) in enumerate(zip(chain, inertias, names, strict=True), start=1):
         origin = f"link {i} ({name})"
-        turns.append(_turn(frame, steps, i, origin))
-        motion = _outward(frame, turns[-1], motion, steps, i, origin)
+        motion = _outward(frame, turned[i - 1], motion, steps, i, origin)
         wrenches.append(_wrench(inertia, motion, steps, i, origin))
-    return _inward(chain, turns, wrenches, names, steps)
+    return _inward(chain, turned, wrenches, names, steps)
+
+
+def turns(chain: Sequence[JointFrame], names: Sequence[str], steps: Steps) -> tuple[sp.Matrix, ...]:
+    """The rotation about z by each joint's angle, sines and cosines named."""
+    found = []
+    for i, (frame, name) in enumerate(zip(chain, names, strict=True), start=1):
+        law = f"link {i} ({name}): rotation"
+        c, s = steps.name(f"c_{i}", sp.cos(frame.angle), law), steps.name(f"s_{i}", sp.sin(frame.angle), law)
+        found.append(sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]))
+    return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +61,6 @@ class _Motion:
     product_xy: sp.Expr  # omega_x omega_y
     field: sp.Matrix
     accel: sp.Matrix
-
-
-def _turn(frame: JointFrame, steps: Steps, i: int, origin: str) -> sp.Matrix:
-    """The rotation about z by the joint angle, sine and cosine named."""
-    c = steps.name(f"c_{i}", sp.cos(frame.angle), f"{origin}: rotation")
-    s = steps.name(f"s_{i}", sp.sin(frame.angle), f"{origin}: rotation")
-    return sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
 def _outward(frame: JointFrame, turn: sp.Matrix, before: _Motion, steps: Steps, i: int, origin: str) -> _Motion:
@@ -132,7 +134,7 @@ def _wrench(inertia: sp.Matrix, motion: _Motion, steps: Steps, i: int, origin: s
 
 def _inward(
     chain: Sequence[JointFrame],
-    turns: Sequence[sp.Matrix],
+    turned: Sequence[sp.Matrix],
     wrenches: Sequence[tuple[sp.Matrix, sp.Matrix]],
     names: Sequence[str],
     steps: Steps,
@@ -144,9 +146,9 @@ def _inward(
         force = steps.vector(f"f_{i}", wrenches[i - 1][0] + force, f"{law}: force from link {i - 1}")
         moment = steps.vector(f"n_{i}", wrenches[i - 1][1] + moment, f"{law}: moment from link {i - 1}")
         efforts.append(force[2] if frame.prismatic else moment[2])
-        force = steps.vector(f"f_{i}t", turns[i - 1] * force, f"{law}: force, before its turn")
+        force = steps.vector(f"f_{i}t", turned[i - 1] * force, f"{law}: force, before its turn")
         force = steps.vector(f"f_{i}b", frame.twist * force, f"{law}: force, in frame {i - 1}")
-        moment = steps.vector(f"n_{i}t", turns[i - 1] * moment, f"{law}: moment, before its turn")
+        moment = steps.vector(f"n_{i}t", turned[i - 1] * moment, f"{law}: moment, before its turn")
         moment = frame.twist * moment + frame.position.cross(force)
         moment = steps.vector(f"n_{i}b", moment, f"{law}: moment, in frame {i - 1}")
     return tuple(reversed(efforts))

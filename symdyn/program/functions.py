@@ -14,6 +14,7 @@ from symdyn.derive.steps import Step
 from symdyn.program.builder import Builder
 from symdyn.program.compose import inline
 from symdyn.program.differentiate import differentiate
+from symdyn.program.folding import fold
 from symdyn.program.lower import lower
 from symdyn.program.smooth import smooth
 from symdyn.program.solve import solve_symmetric
@@ -59,7 +60,7 @@ class _Functions:
         equations = self.equations
         steps, efforts = equations.required()
         required = self.lower("inverse_dynamics", (self.q, self.qd, self.qdd), efforts, steps)
-        mass = _at_zero(differentiate(required, self.qdd.symbols, "mass_matrix"), (self.qd, self.qdd))
+        mass = self.mass_matrix()
         bias = _at_zero(replace(required, name="bias_force"), (self.qdd,))
         arm = self.lower("gravity", (self.q, self.qd, self.qdd), equations.arm, equations.steps)
         gravity = _at_zero(arm, (self.qd, self.qdd))
@@ -69,6 +70,7 @@ class _Functions:
         actuation = self.lower("actuation", (self.x, self.u), equations.actuation())
         forward = self.forward_dynamics(mass, bias)
         state = self.state_derivative(forward, actuation)
+        tangent = differentiate(required, (*self.q.symbols, *self.qd.symbols), "inverse_dynamics_state_jacobian")
         found = [
             Function(required, "Effort (n,) along each coordinate that the motion needs."),
             Function(forward, "Acceleration (n,) under efforts tau."),
@@ -79,26 +81,30 @@ class _Functions:
             Function(actuation, "Effort (n,) that inputs and motor currents exert along each coordinate."),
             Function(state, "Time derivative of the state x = [q, qd, hidden states] under inputs u."),
             Function(
-                differentiate(required, (*self.q.symbols, *self.qd.symbols), "inverse_dynamics_state_jacobian"),
+                tangent,
                 "d inverse_dynamics / d [q, qd], (n, 2 n); with respect to qdd it is the mass matrix.",
             ),
             Function(
-                differentiate(state, self.x.symbols, "state_derivative_state_jacobian"),
+                self.forward_jacobian(forward, mass, tangent),
+                "d forward_dynamics / d [q, qd], (n, 2 n); with respect to tau it is the inverse of the mass matrix.",
+            ),
+            Function(
+                self.state_jacobian("state_derivative_state_jacobian", self.x, forward, mass, actuation, tangent),
                 "A = d state_derivative / d x.",
             ),
             Function(
-                differentiate(state, self.u.symbols, "state_derivative_input_jacobian"),
+                self.state_jacobian("state_derivative_input_jacobian", self.u, forward, mass, actuation),
                 "B = d state_derivative / d u.",
             ),
         ]
         if self.p.symbols:
+            regressor = differentiate(required, self.p.symbols, "inverse_dynamics_parameter_jacobian")
             found += [
+                Function(regressor, "Regressor: d inverse_dynamics / d p, (n, number of parameters)."),
                 Function(
-                    differentiate(required, self.p.symbols, "inverse_dynamics_parameter_jacobian"),
-                    "Regressor: d inverse_dynamics / d p, (n, number of parameters).",
-                ),
-                Function(
-                    differentiate(state, self.p.symbols, "state_derivative_parameter_jacobian"),
+                    self.state_jacobian(
+                        "state_derivative_parameter_jacobian", self.p, forward, mass, actuation, regressor
+                    ),
                     "d state_derivative / d p.",
                 ),
             ]
@@ -117,6 +123,18 @@ class _Functions:
         program = lower(name, (*arguments, self.p), steps, outputs, (len(outputs),))
         return program if self.smoothing is None else smooth(program, self.smoothing)
 
+    def mass_matrix(self) -> Program:
+        """The arm's, by composite bodies, and what effects add to it (rotors): inertial forces are linear in qdd."""
+        equations = self.equations
+        arm = self.lower("mass_matrix", (self.q,), list(equations.arm_mass), equations.mass_steps)
+        steps, efforts = equations.of_effects()
+        effects = self.lower("effects", (self.q, self.qd, self.qdd), efforts, steps)
+        added = _at_zero(differentiate(effects, self.qdd.symbols, "added"), (self.qd, self.qdd))
+        builder = Builder()
+        entries = zip(inline(builder, arm), inline(builder, added), strict=True)
+        sums = [fold(builder, Op.ADD, pair, "inertia of the arm and of effects") for pair in entries]
+        return builder.program("mass_matrix", (self.q, self.p), sums, (self.n, self.n))
+
     def forward_dynamics(self, mass: Program, bias: Program) -> Program:
         builder = Builder()
         entries = inline(builder, mass)
@@ -129,16 +147,85 @@ class _Functions:
         solution = solve_symmetric(builder, rows, right)
         return builder.program("forward_dynamics", (self.q, self.qd, self.tau, self.p), solution, (self.n,))
 
+    def rates(self) -> Program:
+        """Of the hidden states."""
+        return self.lower("rates", (self.x, self.u), [s.rate / s.storage for s in self.equations.states])
+
     def state_derivative(self, forward: Program, actuation: Program) -> Program:
         builder = Builder()
-        efforts = inline(builder, actuation)
-        accelerations = inline(builder, forward, dict(zip(self.tau.symbols, efforts, strict=True)))
-        rates = inline(
-            builder,
-            self.lower("rates", (self.x, self.u), [s.rate / s.storage for s in self.equations.states]),
-        )
+        accelerations = self.accelerations(builder, forward, actuation)
+        rates = inline(builder, self.rates())
         outputs = (*(builder.input(s) for s in self.qd.symbols), *accelerations, *rates)
         return builder.program("state_derivative", (self.x, self.u, self.p), outputs, (len(outputs),))
+
+    def accelerations(self, builder: Builder, forward: Program, actuation: Program) -> tuple[int, ...]:
+        """Lines of forward dynamics under the efforts of inputs and hidden states."""
+        efforts = inline(builder, actuation)
+        return inline(builder, forward, dict(zip(self.tau.symbols, efforts, strict=True)))
+
+    def forward_jacobian(self, forward: Program, mass: Program, tangent: Program) -> Program:
+        builder = Builder()
+        accelerations = inline(builder, forward)
+        columns = self.implicit(builder, accelerations, mass, 2 * self.n, tangent)
+        outputs = [column[i] for i in range(self.n) for column in columns]
+        arguments = (self.q, self.qd, self.tau, self.p)
+        return builder.program("forward_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))
+
+    def state_jacobian(
+        self,
+        name: str,
+        wrt: Argument,
+        forward: Program,
+        mass: Program,
+        actuation: Program,
+        tangent: Program | None = None,
+    ) -> Program:
+        """d state_derivative / d ``wrt``; ``tangent`` is inverse dynamics' own derivative, where there is one."""
+        builder, size = Builder(), len(wrt.symbols)
+        accelerations = self.accelerations(builder, forward, actuation)
+        driven = differentiate(actuation, wrt.symbols, "driven")
+        columns = self.implicit(builder, accelerations, mass, size, tangent, driven)
+        zero, one = builder.constant(0.0), builder.constant(1.0)
+        speeds = [one if symbol == own else zero for own in self.qd.symbols for symbol in wrt.symbols]
+        rates = inline(builder, differentiate(self.rates(), wrt.symbols, "rates"))
+        outputs = (*speeds, *(column[i] for i in range(self.n) for column in columns), *rates)
+        return builder.program(name, (self.x, self.u, self.p), outputs, (len(self.x.symbols), size))
+
+    def implicit(
+        self,
+        builder: Builder,
+        accelerations: Sequence[int],
+        mass: Program,
+        size: int,
+        tangent: Program | None,
+        driven: Program | None = None,
+    ) -> list[tuple[int, ...]]:
+        """Columns of d qdd / d w by the implicit function theorem: M d qdd = d actuation - d inverse_dynamics.
+
+        ``tangent`` and ``driven`` are the two derivatives; missing columns are zero. The factors of M
+        are the lines of forward dynamics, and cost nothing again.
+        """
+        zero = builder.constant(0.0)
+        given = dict(zip(self.qdd.symbols, accelerations, strict=True))
+        entries = inline(builder, mass)
+        rows = [entries[i * self.n : (i + 1) * self.n] for i in range(self.n)]
+        needed = _columns(inline(builder, tangent, given), self.n) if tangent is not None else []
+        supplied = _columns(inline(builder, driven), self.n) if driven is not None else []
+        none = (zero,) * self.n
+        found = []
+        for k in range(size):
+            minus = needed[k] if k < len(needed) else none
+            plus = supplied[k] if k < len(supplied) else none
+            origin = "derivative of effort"
+            right = [fold(builder, Op.SUB, pair, origin) for pair in zip(plus, minus, strict=True)]
+            found.append(solve_symmetric(builder, rows, right))
+        return found
+
+
+def _columns(entries: Sequence[int], rows: int) -> list[tuple[int, ...]]:
+    """Of a matrix whose entries come row by row."""
+    width = len(entries) // rows
+    return [tuple(entries[i * width + k] for i in range(rows)) for k in range(width)]
 
 
 def _at_zero(program: Program, arguments: tuple[Argument, ...]) -> Program:

@@ -21,6 +21,7 @@ DEFAULT: tuple[Pass, ...] = (
     passes.drop_dead,
 )
 _ROUNDS = 8
+_LARGE = 2000  # lines from which on one round is all: on Jacobians of that size, a second one earned below 0.1 %
 _WORTHWHILE = 0.005  # another round follows one that lowered the weight by this share or more
 
 
@@ -42,7 +43,8 @@ class Optimized:
 
 
 def optimize(program: Program, passes: Sequence[Pass] = DEFAULT) -> Optimized:
-    """Run the passes in order, and again while a whole round lowers the weight by half a percent.
+    """Run the passes in order, and again while a whole round lowers the weight by half a percent
+    (large programs get one round).
 
     The cost table has a row for the input, for every pass of the first round, and for the passes of
     later rounds that changed a count. The weight never rises from one row to the next.
@@ -55,6 +57,6 @@ def optimize(program: Program, passes: Sequence[Pass] = DEFAULT) -> Optimized:
             row = CostRow(step.__name__, turn, count(program))
             if turn == 1 or row.cost != rows[-1].cost:
                 rows.append(row)
-        if weight(program) > before * (1.0 - _WORTHWHILE):
+        if weight(program) > before * (1.0 - _WORTHWHILE) or len(program.nodes) > _LARGE:
             break
     return Optimized(program, tuple(rows))
