@@ -15,7 +15,8 @@ from symdyn.compiler import load_robot, robot_from_text
 from symdyn.derive.bodies import body
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.derive.forces import totals
-from symdyn.derive.kinematics import base_transforms, frames
+from symdyn.derive.joint_frames import joint_frames
+from symdyn.derive.kinematics import base_transforms, frames, rotation_x
 from symdyn.derive.lagrange import lagrange_coefficients
 from symdyn.derive.linearize import without_nonsmooth
 
