@@ -1,4 +1,4 @@
-"""The source of a kernel module: name tables, then every function in its four forms."""
+"""The source of a kernel module: name tables, then every function in its forms."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from collections.abc import Sequence
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit.forms import Form
-from symdyn.emit.numba_printer import body_lines
+from symdyn.emit.numba_printer import PARAMETERS, body_lines
 from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
 from symdyn.program.ssa import Argument, Program
 
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2")
 
 
@@ -41,32 +42,43 @@ def _tables(equations: EquationsOfMotion) -> str:
 
 def _function(program: Program, name: str, doc: str) -> str:
     arguments = program.arguments
-    shape = program.shape
-    states = [a for a in arguments if a.name != "p"]
-    store = _store(shape)
-    body = body_lines(program, store)
-    names = ", ".join(a.name for a in arguments)
+    states = [a for a in arguments if a.name != PARAMETERS]
+    size, shape = math.prod(program.shape), program.shape
+    flat = len(shape) == 1
     return render(
         "numba/function.py.j2",
         {
             "name": name,
-            "arguments": names,
-            "body": "\n".join(body),
             "doc": doc,
-            "checks": "\n".join(_check(a) for a in arguments),
-            "shape": repr(shape),
-            "batch_checks": "\n".join(_batch_check(a, states[0]) for a in arguments),
-            "batch_shape": f"({states[0].name}.shape[0], {', '.join(map(str, shape))})",
+            "body": "\n".join(body_lines(program) or ["    pass"]),
+            "arguments": ", ".join(a.name for a in arguments),
             "first": states[0].name,
-            "batch_arguments": ", ".join(a.name if a.name == "p" else f"{a.name}[k]" for a in arguments),
+            "size": str(size),
+            "block": str(BLOCK),
+            "checks": "\n".join(_check(a) for a in arguments),
+            "row_checks": "\n".join(_batch_check(a, states[0], 0) for a in arguments),
+            "column_checks": "\n".join(_batch_check(a, states[0], 1) for a in arguments),
+            "scratch": "\n".join(f"    {a.name}_ = np.zeros({BLOCK * len(a.symbols)})" for a in states),
+            "block_size": str(BLOCK * size),
+            "flat": "" if flat else ".ravel()",
+            "out_check": f"out.size != {size}",
+            "scratch_arguments": ", ".join(a.name if a not in states else f"{a.name}_" for a in arguments),
+            "gather_rows": "\n".join(
+                f"            for i in range({len(a.symbols)}):\n"
+                f"                {a.name}_[{BLOCK} * i + j] = {a.name}[start + j, i]"
+                for a in states
+            ),
+            "gather_columns": "\n".join(
+                f"        for i in range({len(a.symbols)}):\n"
+                f"            for j in range(here):\n"
+                f"                {a.name}_[{BLOCK} * i + j] = {a.name}[i, start + j]"
+                for a in states
+            ),
+            "reshape": "" if flat else f".reshape({shape})",
+            "reshape_rows": "" if flat else f".reshape((count, {', '.join(map(str, shape))}))",
+            "reshape_columns": "" if flat else f".reshape(({', '.join(map(str, shape))}, count))",
         },
     )
-
-
-def _store(shape: tuple[int, ...]):  # type: ignore[no-untyped-def]
-    if len(shape) == 1:
-        return lambda k: f"out[{k}]"
-    return lambda k: f"out[{k // shape[1]}, {k % shape[1]}]"
 
 
 def _check(argument: Argument) -> str:
@@ -78,19 +90,19 @@ def _check(argument: Argument) -> str:
     )
 
 
-def _batch_check(argument: Argument, first: Argument) -> str:
-    size = len(argument.symbols)
-    if argument.name == "p":
+def _batch_check(argument: Argument, first: Argument, along: int) -> str:
+    """States run along axis ``along``: rows or columns."""
+    size, name = len(argument.symbols), argument.name
+    if name == PARAMETERS:
         return _check(argument)
+    state, entry = (("row", "column"), ("column", "row"))[along]
+    test = f"{name}.shape[{1 - along}] != {size}"
     if argument == first:
-        return (
-            f"    if {first.name}.shape[1] != {size}:\n"
-            f'        raise ValueError("{first.name} must have {size} columns, a row per state")'
-        )
-    return (
-        f"    if {argument.name}.shape[1] != {size} or {argument.name}.shape[0] != {first.name}.shape[0]:\n"
-        f'        raise ValueError("{argument.name} must have as many rows as {first.name}, and {size} columns")'
-    )
+        message = f"{name} must have {size} {entry}s, a {state} per state"
+    else:
+        test += f" or {name}.shape[{along}] != {first.name}.shape[{along}]"
+        message = f"{name} must have as many {state}s as {first.name}, and {size} {entry}s"
+    return f'    if {test}:\n        raise ValueError("{message}")'
 
 
 def _tables_doc(free: Sequence[str]) -> str:

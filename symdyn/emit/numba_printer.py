@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from symdyn.emit import printer
 from symdyn.emit.printer import Syntax
 from symdyn.program.ssa import Op, Program
 
+PARAMETERS = "p"  # the vector that all states of a batch share
+
 NUMBA = Syntax(
     calls={
-        Op.SIN: "math.sin",
-        Op.COS: "math.cos",
+        Op.SIN: "_sin",
+        Op.COS: "_cos",
         Op.TAN: "math.tan",
         Op.TANH: "math.tanh",
         Op.EXP: "math.exp",
@@ -24,13 +24,17 @@ NUMBA = Syntax(
         Op.MIN: "min",
         Op.MAX: "max",
     },
-    reserved=frozenset({"out", "math", "np", "k", "abs", "min", "max", "_sign", "_step"}),
+    reserved=frozenset({"out", "math", "np", "k", "S", "abs", "min", "max", "_sign", "_step", "_sin", "_cos"}),
     define="{} = {}".format,
     store="{} = {}".format,
     comment="# {}".format,
+    entry=lambda vector, i: f"{vector}[{i}]" if vector == PARAMETERS else f"{vector}[{i} * S + k]",
 )
 
 
-def body_lines(program: Program, store: Callable[[int], str], indent: str = "    ") -> list[str]:
-    """Lines that load the inputs that are used, compute, and store output k at ``store(k)``."""
-    return printer.body_lines(program, NUMBA, store, indent)
+def body_lines(program: Program, indent: str = "    ") -> list[str]:
+    """Lines that load the inputs that are used, compute, and store the outputs.
+
+    Entry i of a vector is at ``i * S + k``: that of state k among S, or with S = 1, k = 0 of a single one.
+    """
+    return printer.body_lines(program, NUMBA, "out[{} * S + k]".format, indent)
