@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from symdyn.derive.bodies import Body, body
-from symdyn.derive.kinematics import Frame, frames
+from symdyn.derive.bodies import Body, bodies
+from symdyn.derive.kinematics import Frame, fixed, frames
 from symdyn.derive.quantities import expression
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
@@ -27,13 +27,13 @@ def _wrench(link: Body, omega: sp.Matrix, alpha: sp.Matrix, accel: sp.Matrix) ->
 def inverse_dynamics(robot: Robot, steps: Steps) -> tuple[sp.Expr, ...]:
     """Joint efforts of the rigid arm, one per joint; the intermediates go to ``steps``."""
     chain = frames(robot)
-    bodies = [body(joint.link) for joint in robot.joints]
     names = [joint.name for joint in robot.joints]
     forces, moments, rotations = [], [], []
 
     omega = alpha = sp.zeros(3, 1)
-    accel = -sp.Matrix([expression(entry) for entry in robot.gravity])
-    for i, (frame, link, name) in enumerate(zip(chain, bodies, names, strict=True), start=1):
+    _, base = fixed(robot.base)
+    accel = -base.T * sp.Matrix([expression(entry) for entry in robot.gravity])
+    for i, (frame, link, name) in enumerate(zip(chain, bodies(robot), names, strict=True), start=1):
         omega, alpha, accel, rotation = _outward(frame, omega, alpha, accel, steps, i, f"link {i} ({name})")
         rotations.append(rotation)
         force, moment = _wrench(link, omega, alpha, accel)

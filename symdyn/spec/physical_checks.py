@@ -27,8 +27,10 @@ def check_physics(robot: Robot, findings: Findings) -> None:
     values: Values = {parameter.name: parameter.value for parameter in robot.parameters}
     for path, monomial in number_paths(robot):
         value = value_of(monomial, values)
-        if path[0] == "joint" and path[-1] in _NOT_NEGATIVE and value is not None and value < 0:
+        if path[0] in ("joint", "tool") and path[-1] in _NOT_NEGATIVE and value is not None and value < 0:
             findings.error(path, "SD203", f"{path[-1]} is {value:g}, must not be negative")
+    if robot.tool is not None:
+        _check_inertia(robot.tool.link, "tool", ("tool", "inertia"), values, findings)
     for i, joint in enumerate(robot.joints):
         path = ("joint", i)
         _check_inertia(joint.link, joint.name, (*path, "link", "inertia"), values, findings)
