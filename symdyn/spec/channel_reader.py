@@ -19,8 +19,9 @@ from symdyn.spec.toml_source import parse, read_text
 
 def read_channel_map(path: str | Path, robot: Robot) -> ChannelMap:
     """The channel map in a TOML file of its own, for a robot. InputError with all that is wrong."""
-    findings = Findings(parse(read_text(path), str(path)))
-    shape = validated(ChannelMapFile, findings)
+    source = parse(read_text(path), str(path))
+    findings = Findings(source)
+    shape = validated(ChannelMapFile, source.data, findings)
     channels = read_channels(shape.recording, robot.joints, findings) if shape is not None else None
     findings.raise_errors()
     assert channels is not None  # without a shape there are errors

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from symdyn.base.wording import quoted
 from symdyn.spec.findings import Findings
+from symdyn.spec.mass_matrix import singular_joint
 from symdyn.spec.monomials import value_of
 from symdyn.spec.number_paths import number_paths
 from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot
@@ -38,6 +39,23 @@ def check_physics(robot: Robot, findings: Findings) -> None:
             _check_ratio(joint.drive.ratio, (*path, "drive", "ratio"), values, findings)
             if joint.drive.motor is not None:
                 _check_motor(joint.drive.motor, (*path, "drive", "motor"), values, findings)
+
+    check_mass_matrix(robot, findings)
+
+
+def check_mass_matrix(robot: Robot, findings: Findings) -> None:
+    """Refuse a robot that cannot be accelerated sensibly: SD214."""
+    if findings.has_errors:  # what could not be read counts as zero
+        return
+    i = singular_joint(robot)
+    if i is not None:
+        name = robot.joints[i].name
+        findings.error(
+            ("joint", i, "link"),
+            "SD214",
+            f"the mass matrix is singular about joint {quoted(name)} in every pose: nothing there has inertia",
+            f"give {quoted(name)}, or a link behind it, mass and inertia, or a rotor that is fixed to the joint",
+        )
 
 
 def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, findings: Findings) -> None:

@@ -52,8 +52,9 @@ def read_with_warnings(path: str | Path, catalogue: Catalogue) -> tuple[Robot, t
 def text_with_warnings(text: str, file: str, catalogue: Catalogue) -> tuple[Robot, tuple[Problem, ...]]:
     """As ``read_robot_text``, with what is allowed but doubtful."""
     text = text.removeprefix("\ufeff")
-    findings = Findings(parse(text, file))
-    shape = validated(RobotFile, findings)
+    source = parse(text, file)
+    findings = Findings(source)
+    shape = validated(RobotFile, source.data, findings)
     robot = _build(shape, text, catalogue, findings) if shape is not None else None
     if robot is not None:
         check_physics(robot, findings)
