@@ -38,7 +38,7 @@ def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Find
     )
     _check_columns(table, findings)
     _check_measured_once(channels, findings)
-    return ChannelMap(table.time.column, time_factor, channels, findings.where(path))
+    return ChannelMap(table.time.column, time_factor, channels, findings.where(path), table.time.unit)
 
 
 def _read_channel(table: ChannelTable, path: KeyPath, kinds: Mapping[str, JointKind], findings: Findings) -> Channel:

@@ -49,12 +49,14 @@ def check_mass_matrix(robot: Robot, findings: Findings) -> None:
         return
     i = singular_joint(robot)
     if i is not None:
-        name = robot.joints[i].name
+        name = quoted(robot.joints[i].name)
+        is_empty = all(joint.link.mass.is_zero for joint in robot.joints)
+        hint = "no link of this robot has mass: is the file for display only?" if is_empty else ""
         findings.error(
             ("joint", i, "link"),
             "SD214",
-            f"the mass matrix is singular about joint {quoted(name)} in every pose: nothing there has inertia",
-            f"give {quoted(name)}, or a link behind it, mass and inertia, or a rotor that is fixed to the joint",
+            f"the mass matrix is singular about joint {name} in every pose: nothing there has inertia",
+            hint or f"give {name}, or a link behind it, mass and inertia, or a rotor that is fixed to the joint",
         )
 
 
@@ -62,14 +64,9 @@ def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, finding
     tensor = _tensor(link, values)
     if tensor is None or not tensor.any():
         return
-    moments = np.linalg.eigvalsh(tensor)
-    if moments[0] < -_ROUNDING * abs(moments).max():
-        findings.error(
-            path,
-            "SD212",
-            f"the inertia of {quoted(name)} has a negative principal moment, {moments[0]:g} kg m^2",
-            "products of inertia stand with their sign as in the matrix",
-        )
+    doubt = doubtful_moments(tensor, name)
+    if doubt is not None and doubt[0] == "SD212":
+        findings.error(path, *doubt)
         return
     written = sum(not entry.is_zero for entry in link.inertia[:3])
     if link.about is InertiaAbout.JOINT and written == 3:
@@ -87,15 +84,27 @@ def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, finding
             return
     elif link.about is InertiaAbout.JOINT or written < 2:
         return  # a model of one axis: only what that axis feels is given
-    small, middle, large = (float(moment) for moment in moments)
+    elif doubt is not None:
+        findings.warning(path, *doubt)
+
+
+def doubtful_moments(tensor: Tensor, name: str) -> tuple[str, str, str] | None:
+    """(code, message, hint) for a tensor that no body has: SD212 a negative moment, SD211 one too large."""
+    small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(tensor))
+    if small < -_ROUNDING * max(abs(small), abs(large)):
+        return (
+            "SD212",
+            f"the inertia of {quoted(name)} has a negative principal moment, {small:g} kg m^2",
+            "products of inertia stand with their sign as in the matrix",
+        )
     if small + middle < large * (1 - _ROUNDING):
-        findings.warning(
-            path,
+        return (
             "SD211",
             f"no body has the principal moments of {quoted(name)}: {small:.4g} + {middle:.4g} < {large:.4g} kg m^2,"
             f" by {100 * (1 - (small + middle) / large):.2g} %",
             "each is at most the sum of the other two",
         )
+    return None
 
 
 def _tensor(link: Link, values: Values) -> Tensor | None:

@@ -258,6 +258,7 @@ class ChannelMap:
     time_factor: float
     channels: tuple[Channel, ...]
     where: Where | None = None
+    time_unit: str = "s"
 
 
 @dataclass(frozen=True, slots=True)
