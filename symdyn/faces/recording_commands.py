@@ -53,7 +53,7 @@ def diagnose(
     with status(json) as progress:
         result = run(robot, training, judge, band=band, progress=progress)
     if model_out is not None:
-        write_atomically(model_out, result.diagnosed.text)
+        write_atomically(model_out, _model_text(result, model, model_out))
     if generate is not None:
         compiler.generate(result.diagnosed, generate)
     if report is not None:
@@ -68,6 +68,13 @@ def diagnose(
         if path is not None:
             err.print(f"{what}: {path}", markup=False)
     return 1 if result.verdict is Verdict.UNEXPLAINED else 0
+
+
+def _model_text(result: Diagnosis, model: str, path: Path) -> str:
+    """The diagnosed model in the language of the file to write."""
+    if path.suffix != ".urdf":
+        return result.diagnosed.text
+    return compiler.robot_into_urdf(result.diagnosed, model)
 
 
 def demo(folder: Path, json: bool) -> None:

@@ -99,7 +99,7 @@ def _by_name(
         if name is None:
             continue
         if name in places:
-            there = values.findings.where(at(places[name]))
+            there = values.findings.where(at(places[name].attributes["name"]))
             values.findings.error(
                 at(element.attributes["name"]),
                 "SD406",

@@ -85,6 +85,8 @@ class UrdfValues:
 
 
 def _hint(word: str) -> str:
+    if word.endswith(","):
+        return "numbers stand between spaces, without commas"
     if re.fullmatch(r"[+-]?\d+,\d+", word):
         return f"write a decimal point: {word.replace(',', '.')}"
     unit = re.fullmatch(rf"({_NUMBER.pattern})\s*[A-Za-z]+", word)

@@ -11,7 +11,7 @@ from symdyn.base.wording import listed, quoted
 from symdyn.spec.effect_schema import EffectSchema
 from symdyn.spec.inertias import Inertial, cleaned, joined, without
 from symdyn.spec.monomials import value_of
-from symdyn.spec.records import InertiaAbout, Joint, Link, Monomial, Robot
+from symdyn.spec.records import InertiaAbout, Joint, Link, Monomial, Placement, Robot
 from symdyn.spec.rotations import Array
 from symdyn.spec.urdf_chain import WHOLE, Chain, Segment
 from symdyn.spec.urdf_document import UrdfInertial, UrdfLink
@@ -39,9 +39,10 @@ def write_back(text: str, file: str, robot: Robot, catalogue: Catalogue, chain: 
     text = text.removeprefix("\ufeff")
     document, selected, findings = read_chain(text, file, chain)
     given = build_robot(document, selected, catalogue, findings)
-    _refuse_others(robot, given, file)
     old: Values = {parameter.name: parameter.value for parameter in given.parameters}
     new: Values = {parameter.name: parameter.value for parameter in robot.parameters}
+    _refuse_others(robot, given, file)
+    _refuse_moved(_geometry(robot, new, file), _geometry(given, old, file), file)
     edits = XmlEdits(text)
     for segment, before, after in zip(selected.segments, given.joints, robot.joints, strict=True):
         _write_body(segment, _inertial(before.link, old, file), _inertial(after.link, new, file), edits, file)
@@ -70,6 +71,24 @@ def _refuse_others(robot: Robot, given: Robot, file: str) -> None:
         raise InputError([Problem("SD421", problem, Where(file), hint) for problem in problems])
 
 
+def _geometry(robot: Robot, values: Values, file: str) -> list[Array]:
+    """Numbers that a write-back cannot change: gravity, and the placement of each joint and of the base."""
+    found = [np.array([_number(entry, values, file) for entry in robot.gravity])]
+    for placement in (*(joint.placement for joint in robot.joints), robot.base or Placement()):
+        if isinstance(placement, Placement):
+            position = np.array([_number(entry, values, file) for entry in placement.position])
+            found.append(np.column_stack([position, placement.rotation]))
+    return found
+
+
+def _refuse_moved(new: list[Array], old: list[Array], file: str) -> None:
+    if len(new) != len(old) or not all(_close(a, b) for a, b in zip(new, old, strict=True)):
+        message = (
+            "gravity or the placement of a joint is not that of this URDF; only inertials and friction are written"
+        )
+        raise InputError(Problem("SD421", message, Where(file), "change the geometry in the URDF itself"))
+
+
 def _write_body(segment: Segment, old: Inertial, new: Inertial, edits: XmlEdits, file: str) -> None:
     """Bring the change of a whole body to one of its links."""
     if _is_same(old, new):
@@ -78,17 +97,15 @@ def _write_body(segment: Segment, old: Inertial, new: Inertial, edits: XmlEdits,
     if not found:
         _add_inertial(segment, new, edits)
         return
-    link, own = found[0]
+    link, own = next((each for each in found if each[1].mass), found[0])
     inertial = link.inertial
     assert inertial is not None
-    changed = without(new, joined(body for _, body in found[1:])) if len(found) > 1 else new
+    changed = without(new, joined(body for _, body in found if body is not own)) if len(found) > 1 else new
     place = next(place for other, place in segment.links if other is link)
-    changed = changed.seen_from(np.linalg.inv(aligned(segment).T @ place))
+    changed = changed.seen_from(_inverse(aligned(segment).T @ place))
     if changed.mass < 0:
         message = f"link {quoted(link.name)} would get a negative mass, {changed.mass:g} kg, for the links fixed to it"
         raise InputError(Problem("SD421", message, Where(file), "the whole is lighter than what it is made of"))
-    if not own.mass and not own.tensor.any():
-        changed = new.seen_from(np.linalg.inv(aligned(segment).T @ place))
     _write_inertial(inertial, changed, edits)
 
 
@@ -118,7 +135,7 @@ def _write_inertial(inertial: UrdfInertial, changed: Inertial, edits: XmlEdits) 
 
 def _add_inertial(segment: Segment, new: Inertial, edits: XmlEdits) -> None:
     link: UrdfLink = segment.links[0][0]
-    body = new.seen_from(np.linalg.inv(aligned(segment).T))
+    body = new.seen_from(aligned(segment))
     parts = (
         f'<origin xyz="{" ".join(map(_text, body.com))}"/>',
         f'<mass value="{_text(body.mass)}"/>',
@@ -162,6 +179,13 @@ def _number(monomial: Monomial, values: Values, file: str) -> float:
         names = listed(quoted(name) for name, _ in monomial.factors)
         raise InputError(Problem("SD107", f"parameter {names} is left free", Where(file), "a URDF holds numbers"))
     return value
+
+
+def _inverse(place: Array) -> Array:
+    result = np.eye(4)
+    result[:3, :3] = place[:3, :3].T
+    result[:3, 3] = -place[:3, :3].T @ place[:3, 3]
+    return result
 
 
 def _is_same(old: Inertial, new: Inertial) -> bool:

@@ -1,4 +1,4 @@
-"""Expands xacro, by the library that is installed with the extra ``xacro``. Its macros run as written: trust the file."""
+"""Expands xacro, by the library of the extra ``xacro``. It evaluates what the file says: only for files you trust."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class XmlEdits:
 
     def apply(self) -> str:
         text = self.text
-        for start, end, new in sorted(self._pieces, key=lambda piece: piece[0], reverse=True):
+        for start, end, new in sorted(self._pieces, key=lambda piece: piece[0])[::-1]:
             text = text[:start] + new + text[end:]
         return text
 

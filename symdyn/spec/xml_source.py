@@ -157,7 +157,7 @@ def _syntax_problem(error: etree.XMLSyntaxError, text: str, file: str) -> Proble
     message = (error.msg or "the document is empty").partition(", line ")[0]
     if "Entity '" in message:
         return Problem("SD402", f"{message}: entities are not allowed", Where(file, line, column), "write it out")
-    is_cut = not text.strip() or _END.search(message) is not None
+    is_cut = not text.rstrip().endswith(">") or _END.search(message) is not None
     hint = "the file is empty, or cut off: fetch it again" if is_cut else ""
     return Problem("SD401", f"not well-formed XML: {message}", Where(file, line, column), hint)
 
