@@ -27,7 +27,13 @@ from symdyn.program.functions import functions
 from symdyn.program.optimize import CostRow
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
-from symdyn.spec.toml_reader import read_robot, read_robot_text, read_with_warnings
+from symdyn.spec.robot_reader import read_any
+from symdyn.spec.toml_reader import read_robot_text
+from symdyn.spec.toml_source import read_text
+from symdyn.spec.toml_writer import to_toml
+from symdyn.spec.urdf_chain import WHOLE, Chain
+from symdyn.spec.urdf_writer import write_back
+from symdyn.spec.xml_source import LARGEST_XML
 
 EQUATIONS, MANIFEST = "equations.tex", "manifest.json"
 _ROW = re.compile(r"\[[^][{}]*\]")  # an innermost list of JSON: a row of a table, which belongs on one line
@@ -50,21 +56,34 @@ class Compiled:
         return load_source(self.source)
 
 
-def load_robot(model: str | Path) -> Robot:
-    """Read a robot from a TOML file, or a bundled machine by its name ("two-link").
+def load_robot(model: str | Path, chain: Chain = WHOLE) -> Robot:
+    """Read a robot from a file (TOML, URDF, xacro), or a bundled machine by its name ("two-link").
 
-    Raises InputError with every problem found in the file.
+    ``chain`` chooses from the tree of a URDF. Raises InputError with every problem found in the file.
     """
-    return read_robot(machine_file(model), schemas())
+    return load_with_warnings(model, chain)[0]
 
 
-def load_with_warnings(model: str | Path) -> tuple[Robot, tuple[Problem, ...]]:
+def load_with_warnings(model: str | Path, chain: Chain = WHOLE) -> tuple[Robot, tuple[Problem, ...]]:
     """The same, with what is doubtful in the file."""
-    return read_with_warnings(machine_file(model), schemas())
+    return read_any(machine_file(model), schemas(), chain)
 
 
 def robot_from_text(text: str, file: str) -> Robot:
     return read_robot_text(text, file, schemas())
+
+
+def robot_to_toml(robot: Robot) -> str:
+    """A robot as the text of a robot.toml, which reads back as the same robot."""
+    return to_toml(robot, schemas())
+
+
+def robot_into_urdf(robot: Robot, urdf: str | Path, chain: Chain = WHOLE) -> str:
+    """The text of a URDF with the robot's inertials, damping and friction; every other byte is kept.
+
+    Raises InputError where the robot has what a URDF cannot say, or is not the one of this URDF.
+    """
+    return write_back(read_text(urdf, LARGEST_XML), str(urdf), robot, schemas(), chain)
 
 
 def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:

@@ -56,6 +56,7 @@ AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and aft
     ("", ""),
     (HEAD, DH + JOINT.format("shoulder")),
     (HEAD + PARAMETERS, JOINT.format("first") + JOINT.format("second") + JOINT.format("third")),
+    (HEAD + PARAMETERS, ""),
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + DH + JOINT.format("axis1"), ""),

@@ -1,4 +1,4 @@
-"""Inertial parameters of a link about its frame's origin: mass, first moment, inertia tensor."""
+"""Inertial parameters of each link about its frame's origin: mass, first moment, inertia tensor."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from symdyn.derive.kinematics import fixed
 from symdyn.derive.quantities import expression
-from symdyn.spec.records import InertiaAbout, Link
+from symdyn.spec.records import InertiaAbout, Link, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,6 @@ class Body:
     """
 
     mass: sp.Expr
-    com: sp.Matrix
     first_moment: sp.Matrix
     inertia: sp.Matrix
 
@@ -35,6 +35,28 @@ class Body:
         return top.col_join(self.first_moment.T.row_join(sp.Matrix([[self.mass]])))
 
 
+def bodies(robot: Robot) -> tuple[Body, ...]:
+    """One body per joint, in its link's frame; that of the last link carries the tool."""
+    found = [body(joint.link) for joint in robot.joints]
+    if robot.tool is not None and not (tool := body(robot.tool.link)).massless:
+        found[-1] = _joined(found[-1], _seen_from(tool, *fixed(robot.tool.placement)))
+    return tuple(found)
+
+
+def _joined(first: Body, second: Body) -> Body:
+    """Two bodies in one frame, fixed to each other."""
+    return Body(first.mass + second.mass, first.first_moment + second.first_moment, first.inertia + second.inertia)
+
+
+def _seen_from(link: Body, position: sp.Matrix, rotation: sp.Matrix) -> Body:
+    """A body in the frame in which its own frame is at ``position`` (3,) and ``rotation`` (3, 3)."""
+    h = rotation * link.first_moment
+    cross = position * h.T
+    shift = (2 * position.dot(h) + link.mass * position.dot(position)) * sp.eye(3)
+    inertia = rotation * link.inertia * rotation.T + shift - cross - cross.T - link.mass * position * position.T
+    return Body(link.mass, h + link.mass * position, inertia)
+
+
 def body(link: Link) -> Body:
     """The steps from "about the centre of mass" (Steiner's rule) included."""
     mass = expression(link.mass)
@@ -43,4 +65,4 @@ def body(link: Link) -> Body:
     inertia = sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if link.about is InertiaAbout.COM:
         inertia = inertia + mass * (com.dot(com) * sp.eye(3) - com * com.T)
-    return Body(mass, com, mass * com, inertia)
+    return Body(mass, mass * com, inertia)

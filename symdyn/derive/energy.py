@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import sympy as sp
 
-from symdyn.derive.bodies import body
-from symdyn.derive.kinematics import frames
+from symdyn.derive.bodies import bodies
+from symdyn.derive.kinematics import fixed, frames
 from symdyn.derive.quantities import expression
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
 
 
 def energies(robot: Robot, steps: Steps) -> tuple[sp.Expr, sp.Expr]:
-    """(kinetic, potential) energy of the links; the potential is zero at the origin of the base frame."""
+    """(kinetic, potential) energy of the links; the potential is zero at the origin of the world frame."""
     gravity = sp.Matrix([expression(entry) for entry in robot.gravity])
     omega = velocity = sp.zeros(3, 1)
-    orientation, origin = sp.eye(3), sp.zeros(3, 1)
+    origin, orientation = fixed(robot.base)
     kinetic = potential = sp.Integer(0)
-    for i, (frame, joint) in enumerate(zip(frames(robot), robot.joints, strict=True), start=1):
-        c, link, label = frame.coordinate, body(joint.link), f"link {i} ({joint.name})"
+    chain = zip(frames(robot), bodies(robot), robot.joints, strict=True)
+    for i, (frame, link, joint) in enumerate(chain, start=1):
+        c, label = frame.coordinate, f"link {i} ({joint.name})"
         rotation = name_matrix(f"R_{i}", frame.rotation, f"{label}: rotation", steps)
         velocity = rotation.T * (velocity + omega.cross(frame.before))
         omega = rotation.T * omega

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symdyn.derive.bodies import body
+from symdyn.derive.bodies import bodies
 from symdyn.derive.coordinates import Coordinate, joint_coordinates
-from symdyn.derive.kinematics import rotation_x
+from symdyn.derive.kinematics import fixed, rotation_x
 from symdyn.derive.quantities import angle_expression, expression
-from symdyn.spec.records import Convention, JointKind, Robot
+from symdyn.spec.records import Convention, JointKind, Placement, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,27 +41,35 @@ class JointFrame:
 
 def joint_frames(robot: Robot) -> tuple[JointFrame, ...]:
     """One frame per joint, from the base outwards."""
-    standard = robot.convention is Convention.STANDARD
-    step, twist = sp.zeros(3, 1), sp.eye(3)
+    link = _Pose(sp.zeros(3, 1), sp.eye(3))  # of the link frame in the joint frame before
     found = []
-    for joint, coordinate in zip(robot.joints, joint_coordinates(robot), strict=True):
-        theta, d = angle_expression(joint.dh.theta), expression(joint.dh.d)
-        along = sp.Matrix([expression(joint.dh.a), 0, 0])
-        bend = rotation_x(angle_expression(joint.dh.alpha))
+    for joint, coordinate, own in zip(robot.joints, joint_coordinates(robot), bodies(robot), strict=True):
         prismatic = joint.kind is JointKind.PRISMATIC
+        row = joint.placement
+        if isinstance(row, Placement):
+            step, twist = fixed(row)
+            angle, along, after = sp.Integer(0), sp.Integer(0), _Pose(sp.zeros(3, 1), sp.eye(3))
+        else:
+            bend = _Pose(sp.Matrix([expression(row.a), 0, 0]), rotation_x(angle_expression(row.alpha)))
+            angle, along, none = angle_expression(row.theta), expression(row.d), _Pose(sp.zeros(3, 1), sp.eye(3))
+            before, after = (none, bend) if robot.convention is Convention.STANDARD else (bend, none)
+            step, twist = before.position, before.rotation
         if prismatic:
-            d += coordinate.q
+            along += coordinate.q
         else:
-            theta += coordinate.q
-        inertia = body(joint.link).pseudo_inertia
-        if standard:
-            inertia = moved(inertia, bend, along)
-        else:
-            step, twist = along, bend
-        found.append(JointFrame(coordinate, prismatic, twist, theta, step + d * twist[:, 2], inertia))
-        if standard:
-            step, twist = along, bend
+            angle += coordinate.q
+        twist = link.rotation * twist
+        position = link.position + link.rotation * step + along * twist[:, 2]
+        inertia = moved(own.pseudo_inertia, after.rotation, after.position)
+        found.append(JointFrame(coordinate, prismatic, twist, angle, position, inertia))
+        link = after
     return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class _Pose:
+    position: sp.Matrix
+    rotation: sp.Matrix
 
 
 def moved(pseudo_inertia: sp.Matrix, rotation: sp.Matrix, position: sp.Matrix) -> sp.Matrix:

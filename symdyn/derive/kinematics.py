@@ -1,4 +1,4 @@
-"""Joint frames from Denavit-Hartenberg rows (seed eq. 1-4, the misprints of A_i mended)."""
+"""Joint frames from Denavit-Hartenberg rows (seed eq. 1-4, the misprints of A_i mended) and placements."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from symdyn.base import symbols
 from symdyn.derive.coordinates import Coordinate, joint_coordinates
 from symdyn.derive.quantities import angle_expression, expression
-from symdyn.spec.records import Convention, JointKind, Robot
+from symdyn.spec.records import Convention, DHRow, JointKind, Placement, Robot
+
+_X, _Z = sp.ImmutableMatrix([1, 0, 0]), sp.ImmutableMatrix([0, 0, 1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +35,7 @@ class Frame:
     @property
     def transform(self) -> sp.Matrix:
         """A_i of seed eq. 3, 4 x 4."""
-        top = self.rotation.row_join(self.position)
-        return top.col_join(sp.Matrix([[0, 0, 0, 1]]))
+        return _transform(self.position, self.rotation)
 
 
 def rotation_x(angle: sp.Expr) -> sp.Matrix:
@@ -48,33 +50,66 @@ def rotation_z(angle: sp.Expr) -> sp.Matrix:
 
 def frames(robot: Robot) -> tuple[Frame, ...]:
     """One frame per joint, from the base outwards."""
-    found = []
-    for joint, coordinate in zip(robot.joints, joint_coordinates(robot), strict=True):
-        theta, alpha = angle_expression(joint.dh.theta), angle_expression(joint.dh.alpha)
-        d, a = expression(joint.dh.d), expression(joint.dh.a)
-        prismatic = joint.kind is JointKind.PRISMATIC
-        if prismatic:
-            d += coordinate.q
-        else:
-            theta += coordinate.q
-        twist, turn = rotation_x(alpha), rotation_z(theta)
-        z = sp.Matrix([0, 0, 1])
-        x = sp.Matrix([1, 0, 0])
-        if robot.convention is Convention.STANDARD:  # turn and slide along z, then step and twist along x
-            axis = twist.T * z
-            after = a * x + d * axis
-            rotation = turn * twist
-            frame = Frame(coordinate, prismatic, rotation, rotation * after, axis, sp.zeros(3, 1), after)
-        else:  # Craig: step and twist along x, then turn and slide along z
-            before = a * x + twist * (d * z)
-            frame = Frame(coordinate, prismatic, twist * turn, before, z, before, sp.zeros(3, 1))
-        found.append(frame)
-    return tuple(found)
+    return tuple(
+        _row_frame(joint.placement, robot.convention, coordinate, joint.kind is JointKind.PRISMATIC)
+        if isinstance(joint.placement, DHRow)
+        else _placed_frame(joint.placement, coordinate, joint.kind is JointKind.PRISMATIC)
+        for joint, coordinate in zip(robot.joints, joint_coordinates(robot), strict=True)
+    )
+
+
+def _row_frame(row: DHRow, convention: Convention, coordinate: Coordinate, prismatic: bool) -> Frame:
+    theta, alpha = angle_expression(row.theta), angle_expression(row.alpha)
+    d, a = expression(row.d), expression(row.a)
+    if prismatic:
+        d += coordinate.q
+    else:
+        theta += coordinate.q
+    twist, turn = rotation_x(alpha), rotation_z(theta)
+    if convention is Convention.STANDARD:  # turn and slide along z, then step and twist along x
+        axis = twist.T * _Z
+        after = a * _X + d * axis
+        rotation = turn * twist
+        return Frame(coordinate, prismatic, rotation, rotation * after, axis, sp.zeros(3, 1), after)
+    before = a * _X + twist * (d * _Z)  # Craig: step and twist along x, then turn and slide along z
+    return Frame(coordinate, prismatic, twist * turn, before, _Z, before, sp.zeros(3, 1))
+
+
+def _placed_frame(placement: Placement, coordinate: Coordinate, prismatic: bool) -> Frame:
+    """Step and turn by what is fixed, then turn about or slide along z."""
+    before, rotation = fixed(placement)
+    if prismatic:
+        before = before + rotation * (coordinate.q * _Z)
+    else:
+        rotation = rotation * rotation_z(coordinate.q)
+    return Frame(coordinate, prismatic, rotation, before, _Z, before, sp.zeros(3, 1))
+
+
+def fixed(placement: Placement | None) -> tuple[sp.Matrix, sp.Matrix]:
+    """Position (3,) and rotation (3, 3) of a placement; none is the frame it is placed in."""
+    if placement is None:
+        return sp.zeros(3, 1), sp.eye(3)
+    rotation = sp.Matrix(3, 3, [symbols.number(entry) for row in placement.rotation for entry in row])
+    return sp.Matrix([expression(coordinate) for coordinate in placement.position]), rotation
+
+
+def base_transform(robot: Robot) -> sp.Matrix:
+    """The frame in which the first joint is placed, in the world frame, 4 x 4."""
+    return _transform(*fixed(robot.base))
+
+
+def tool_transform(robot: Robot) -> sp.Matrix:
+    """The tool's frame in that of the last link, 4 x 4; the identity where there is no tool."""
+    return _transform(*fixed(robot.tool.placement if robot.tool is not None else None))
+
+
+def _transform(position: sp.Matrix, rotation: sp.Matrix) -> sp.Matrix:
+    return rotation.row_join(position).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 def base_transforms(robot: Robot) -> tuple[sp.Matrix, ...]:
-    """T_i of every link in the base frame (seed: chain products), 4 x 4 each, not simplified."""
-    transform, found = sp.eye(4), []
+    """T_i of every link in the world frame (seed: chain products), 4 x 4 each, not simplified."""
+    transform, found = base_transform(robot), []
     for frame in frames(robot):
         transform = transform * frame.transform
         found.append(transform)

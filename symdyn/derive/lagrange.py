@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symdyn.derive.bodies import body
+from symdyn.derive.bodies import bodies
 from symdyn.derive.coordinates import Coordinate, joint_coordinates
 from symdyn.derive.kinematics import base_transforms
 from symdyn.derive.quantities import expression
@@ -60,19 +60,19 @@ def lagrange_coefficients(robot: Robot) -> LagrangeCoefficients:
     n = len(q)
     gravity = sp.Matrix([*(expression(entry) for entry in robot.gravity), 0])
     transforms = base_transforms(robot)
-    bodies = [body(joint.link) for joint in robot.joints]
+    links = bodies(robot)
     first = [[sp.diff(t, q[j]) if j <= p else sp.zeros(4) for j in range(n)] for p, t in enumerate(transforms)]
 
     def trace(left: sp.Matrix, p: int, right: sp.Matrix) -> sp.Expr:
-        return (left * bodies[p].pseudo_inertia * right.T).trace()
+        return (left * links[p].pseudo_inertia * right.T).trace()
 
     inertia = sp.zeros(n)
     centrifugal = [sp.zeros(n) for _ in range(n)]
     weight = [sp.Integer(0)] * n
     for p in range(n):
-        if bodies[p].massless:
+        if links[p].massless:
             continue
-        point = bodies[p].first_moment.col_join(sp.Matrix([bodies[p].mass]))
+        point = links[p].first_moment.col_join(sp.Matrix([links[p].mass]))
         for i in range(p + 1):
             weight[i] -= (gravity.T * first[p][i] * point)[0]
             for j in range(i, p + 1):

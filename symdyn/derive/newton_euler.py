@@ -19,6 +19,7 @@ import sympy as sp
 
 from symdyn.derive.grouping import group
 from symdyn.derive.joint_frames import JointFrame, joint_frames
+from symdyn.derive.kinematics import fixed
 from symdyn.derive.quantities import expression
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
@@ -32,7 +33,8 @@ def inverse_dynamics(robot: Robot, steps: Steps, grouped: bool = True) -> tuple[
     chain = joint_frames(robot)
     names = [joint.name for joint in robot.joints]
     inertias = group(chain, names, steps) if grouped else tuple(frame.pseudo_inertia for frame in chain)
-    gravity = sp.Matrix([expression(entry) for entry in robot.gravity])
+    _, base = fixed(robot.base)
+    gravity = base.T * sp.Matrix([expression(entry) for entry in robot.gravity])
     motion = _Motion(sp.zeros(3, 1), sp.zeros(3, 1), sp.Integer(0), sp.zeros(3, 3), -gravity)
     turned, wrenches = turns(chain, names, steps), []
     for i, (frame, inertia, name) in enumerate(zip(chain, inertias, names, strict=True), start=1):

@@ -20,12 +20,17 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Model = Annotated[str, typer.Argument(help="A robot.toml, or the name of a bundled machine (see `symdyn check`).")]
+Model = Annotated[str, typer.Argument(help="A robot.toml, a URDF, or the name of a bundled machine (`symdyn check`).")]
 Json = Annotated[bool, typer.Option("--json", help="Print the facts as JSON on stdout.")]
 Map = Annotated[
     Path | None,
     typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
 ]  # fmt: skip
+Base = Annotated[str | None, typer.Option("--base", help="Of a URDF: the link to begin at; default: its root.")]
+Tip = Annotated[str | None, typer.Option("--tip", help="Of a URDF that branches: the link to end at.")]
+Lock = Annotated[
+    bool, typer.Option("--lock-others", help="Of a URDF that branches: fix other branches on the chain at zero.")
+]
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
 
 
@@ -48,7 +53,7 @@ def _options(
 @app.command()
 def check(
     model: Annotated[
-        str | None, typer.Argument(help="A robot.toml or a bundled machine; none: list the machines.")
+        str | None, typer.Argument(help="A robot.toml, a URDF or a bundled machine; none: list the machines.")
     ] = None,
     recording: Annotated[list[Path] | None, typer.Argument(help="Recordings to check with it.")] = None,
     channel_map: Map = None,
@@ -102,6 +107,25 @@ def latex(
 
 
 @app.command()
+def convert(
+    model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
+    into: Annotated[
+        Path | None,
+        typer.Option("--into", help="Write the model's inertials and friction into the text of this URDF instead."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; default: stdout.")] = None,
+) -> None:
+    """Print a robot as robot.toml (from a URDF, say), or put its numbers back into the URDF it came from."""
+    from symdyn.faces import model_commands
+    from symdyn.spec.urdf_chain import Chain
+
+    model_commands.convert(model, Chain(base, tip, lock_others), into, out)
+
+
+@app.command()
 def effects(json: Json = False) -> None:
     """List the catalogue of physical effects."""
     from symdyn.faces import model_commands
@@ -151,7 +175,9 @@ def diagnose(
     channel_map: Map = None,
     band: Band = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write the HTML report here.")] = None,
-    model_out: Annotated[Path | None, typer.Option("--model-out", help="Write the diagnosed robot.toml here.")] = None,
+    model_out: Annotated[
+        Path | None, typer.Option("--model-out", help="Write the diagnosed robot.toml (or .urdf) here.")
+    ] = None,
     generate: Annotated[
         Path | None, typer.Option("--generate", help="Write the kernel of the diagnosed robot into this folder.")
     ] = None,

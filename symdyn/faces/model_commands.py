@@ -1,4 +1,4 @@
-"""The commands that work on models: check, derive, generate, latex, effects."""
+"""The commands that work on models: check, derive, generate, latex, convert, effects."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from symdyn.faces.console import err, out, print_json, print_table, print_warnin
 from symdyn.faces.recordings import open_recording
 from symdyn.spec.machines import machine_file, machine_names
 from symdyn.spec.places import places
+from symdyn.spec.urdf_chain import WHOLE, Chain
 
 
 def check(model: str | None, recordings: list[Path], channel_map: Path | None, json: bool) -> None:
@@ -106,7 +107,18 @@ def latex(model: str, path: Path | None) -> None:
     from symdyn.derive.equations import equations_of_motion
     from symdyn.emit.latex import document
 
-    text = document(equations_of_motion(compiler.load_robot(model)))
+    _write(document(equations_of_motion(compiler.load_robot(model))), path)
+
+
+def convert(model: str, chain: Chain, into: Path | None, path: Path | None) -> None:
+    """``chain`` chooses from the tree of the URDF: that which is read, or that which is written into."""
+    is_toml = machine_file(model).suffix == ".toml"
+    robot, warnings = compiler.load_with_warnings(model, WHOLE if is_toml and into is not None else chain)
+    print_warnings(warnings)
+    _write(robot.text if into is None else compiler.robot_into_urdf(robot, into, chain), path)
+
+
+def _write(text: str, path: Path | None) -> None:
     if path is None:
         sys.stdout.write(text)
         return

@@ -59,7 +59,7 @@ def diagnose(
     with status(json) as progress:
         result = run(robot, training, judge, band=band, progress=progress)
     if model_out is not None:
-        write_atomically(model_out, result.diagnosed.text)
+        write_atomically(model_out, _model_text(result, model, model_out))
     if generate is not None:
         compiler.generate(result.diagnosed, generate)
     if report is not None:
@@ -79,6 +79,13 @@ def diagnose(
 def _check_band(band: float | None) -> None:
     if band is not None and not (math.isfinite(band) and band > 0.0):
         raise UsageError(Problem("SD010", f"--band is a frequency in Hz above zero, not {band}"))
+
+
+def _model_text(result: Diagnosis, model: str, path: Path) -> str:
+    """The diagnosed model in the language of the file to write."""
+    if path.suffix != ".urdf":
+        return result.diagnosed.text
+    return compiler.robot_into_urdf(result.diagnosed, model)
 
 
 def demo(folder: Path, json: bool) -> int:

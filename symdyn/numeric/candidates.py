@@ -10,7 +10,7 @@ from fractions import Fraction
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
-from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, Place, PlaceKind, Robot
+from symdyn.spec.records import DHRow, EffectSpec, Monomial, Motion, Parameter, Place, PlaceKind, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +74,21 @@ def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
 
 
 def fitted_parameters(robot: Robot) -> tuple[str, ...]:
-    """The model's own parameters that a fit may move: inertial ones and those of its effects.
+    """The model's own parameters that a fit may move: inertial ones (the tool's too) and those of its effects.
 
     Geometry, gravity and actuator gains are taken as known: the recording is read through them.
     """
     moving: list[Monomial] = [value for e in robot.effects for _, value in e.values]
     fixed: list[Monomial] = list(robot.gravity)
+    if robot.base is not None:
+        fixed += robot.base.position
+    if robot.tool is not None:
+        fixed += robot.tool.placement.position
+        moving += [robot.tool.link.mass, *robot.tool.link.com, *robot.tool.link.inertia]
     for joint in robot.joints:
         moving += [joint.link.mass, *joint.link.com, *joint.link.inertia]
-        fixed += [joint.dh.theta, joint.dh.d, joint.dh.a, joint.dh.alpha]
+        place = joint.placement
+        fixed += [place.theta, place.d, place.a, place.alpha] if isinstance(place, DHRow) else place.position
         if joint.actuator is not None:
             fixed.append(joint.actuator.gain)
         if joint.drive is not None:
@@ -103,6 +109,8 @@ def bounds(robot: Robot) -> dict[str, tuple[float, float]]:
     for joint in robot.joints:
         positive += [joint.link.mass, *joint.link.inertia[:3]]
         positive += [rotor.inertia for rotor in (joint.drive.rotors if joint.drive else ())]
+    if robot.tool is not None:
+        positive += [robot.tool.link.mass, *robot.tool.link.inertia[:3]]
     found = {
         m.factors[0][0]: (1e-3 * abs(values[m.factors[0][0]]), math.inf)
         for m in positive

@@ -19,8 +19,9 @@ from symdyn.spec.toml_source import parse, read_text
 
 def read_channel_map(path: str | Path, robot: Robot) -> ChannelMap:
     """The channel map in a TOML file of its own, for a robot. InputError with all that is wrong."""
-    findings = Findings(parse(read_text(path), str(path)))
-    shape = validated(ChannelMapFile, findings)
+    source = parse(read_text(path), str(path))
+    findings = Findings(source)
+    shape = validated(ChannelMapFile, source.data, findings)
     channels = read_channels(shape.recording, robot.joints, findings) if shape is not None else None
     findings.raise_errors()
     assert channels is not None  # without a shape there are errors
@@ -37,7 +38,7 @@ def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Find
     )
     _check_columns(table, findings)
     _check_measured_once(channels, findings)
-    return ChannelMap(table.time.column, time_factor, channels, findings.where(path))
+    return ChannelMap(table.time.column, time_factor, channels, findings.where(path), table.time.unit)
 
 
 def _read_channel(table: ChannelTable, path: KeyPath, kinds: Mapping[str, JointKind], findings: Findings) -> Channel:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 from symdyn.base.wording import quoted
+from symdyn.spec.frames import JointFrame
 from symdyn.spec.numbers import NumberReader, Slot
 from symdyn.spec.records import DHRow, JointKind, Monomial
 from symdyn.spec.schema import DHTable, Scalar
@@ -17,12 +17,6 @@ _ANGLES = ("theta", "alpha")
 _VARIABLE = re.compile(r"\s*q(?:\s*(?P<sign>[+-])\s*(?P<offset>[^\s+-].*))?", re.ASCII)
 _KINDS = {"theta": JointKind.REVOLUTE, "d": JointKind.PRISMATIC}
 _SYMBOLS = {"theta": r"\theta", "d": "d", "a": "a", "alpha": r"\alpha"}
-
-
-@dataclass(frozen=True, slots=True)
-class JointFrame:
-    kind: JointKind
-    row: DHRow
 
 
 def read_dh(table: DHTable, joint_names: tuple[str, ...], numbers: NumberReader) -> tuple[JointFrame, ...] | None:

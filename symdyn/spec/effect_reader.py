@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from symdyn.base.wording import closest, did_you_mean, listed, quoted
 from symdyn.spec.effect_schema import EffectSchema, ParameterSchema
-from symdyn.spec.numbers import NumberReader, Slot
+from symdyn.spec.numbers import NumberReader
 from symdyn.spec.records import EffectSpec, Monomial, Place
 from symdyn.spec.schema import EffectTable, Scalar
+from symdyn.spec.slots import effect_slot
 from symdyn.spec.toml_positions import KeyPath
 
 
@@ -87,14 +88,7 @@ def _read_parameter(
 ) -> Monomial | None:
     key_path = (*path, parameter.name)
     unit = parameter.units[place.motion]
-    slot = Slot(
-        key_path,
-        tuple(place.address.split(".")),
-        f"{schema.identifier}_{parameter.name}",
-        unit,
-        parameter.latex,
-        f"{parameter.meaning}, {place.address}",
-    )
+    slot = effect_slot(path, parameter, schema, place)
     if value is None:
         if parameter.default is not None:
             return numbers.literal(parameter.default, slot)

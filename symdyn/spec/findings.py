@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from symdyn.base.errors import InputError, Problem, Where
 from symdyn.spec.toml_positions import KeyPath
-from symdyn.spec.toml_source import TomlSource
+
+
+class Source(Protocol):
+    """A text that knows where the things that a key path names stand in it."""
+
+    def where(self, path: KeyPath, *, key: bool = False) -> Where: ...
 
 
 class Findings:
     """Errors and warnings of one source. A key path is blamed once: what follows from the first error is noise."""
 
-    def __init__(self, source: TomlSource) -> None:
+    def __init__(self, source: Source) -> None:
         self.source = source
         self._errors: list[Problem] = []
         self._warnings: list[Problem] = []
@@ -41,6 +48,10 @@ class Findings:
     @property
     def warnings(self) -> tuple[Problem, ...]:
         return tuple(sorted(self._warnings, key=_order))
+
+    @property
+    def has_errors(self) -> bool:
+        return bool(self._errors)
 
     def raise_errors(self) -> None:
         """InputError with every error, in the order of the file, if there is one."""

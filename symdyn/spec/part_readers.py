@@ -21,10 +21,8 @@ from symdyn.spec.records import (
     Shaft,
 )
 from symdyn.spec.schema import ActuatorTable, DriveTable, LinkTable, MotorTable, RotorTable, Scalar, ShaftTable
+from symdyn.spec.slots import MOMENTS, com_slots, inertia_slots, mass_slot
 from symdyn.spec.toml_positions import KeyPath
-
-_AXES = ("x", "y", "z")
-_MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,38 +35,15 @@ class JointContext:
     numbers: NumberReader
 
 
-def read_link(table: LinkTable, joint: JointContext) -> Link:
-    path, owner, read = (*joint.path, "link"), (joint.name,), joint.numbers.read
-    mass = read(table.mass, Slot((*path, "mass"), owner, "mass", "kg", "m", f"mass of {joint.name}"))
-    com = [
-        read(
-            value,
-            Slot(
-                (*path, "com", i), owner, f"com_{axis}", "m", f"r_{{{axis}}}", f"centre of mass of {joint.name}, {axis}"
-            ),
-        )
-        for i, (axis, value) in enumerate(zip(_AXES, table.com, strict=True))
-    ]
-    inertia = [
-        read(
-            getattr(table.inertia, entry),
-            Slot(
-                (*path, "inertia", entry),
-                owner,
-                f"inertia_{entry}",
-                "kg m^2",
-                f"I_{{{entry}}}",
-                f"inertia of {joint.name}, {entry}",
-            ),
-        )
-        for entry in _MOMENTS
-    ]
-    return Link(
-        mass,
-        (com[0], com[1], com[2]),
-        (inertia[0], inertia[1], inertia[2], inertia[3], inertia[4], inertia[5]),
-        InertiaAbout(table.inertia.about),
+def read_link(table: LinkTable, path: KeyPath, owner: str, numbers: NumberReader) -> Link:
+    """The body at a key path: that of a link, or of the tool."""
+    mass = numbers.read(table.mass, mass_slot(path, owner))
+    cx, cy, cz = (numbers.read(value, slot) for value, slot in zip(table.com, com_slots(path, owner), strict=True))
+    xx, yy, zz, xy, xz, yz = (
+        numbers.read(getattr(table.inertia, entry), slot)
+        for entry, slot in zip(MOMENTS, inertia_slots(path, owner), strict=True)
     )
+    return Link(mass, (cx, cy, cz), (xx, yy, zz, xy, xz, yz), InertiaAbout(table.inertia.about))
 
 
 def read_actuator(table: ActuatorTable, joint: JointContext) -> Actuator:

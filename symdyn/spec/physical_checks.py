@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from symdyn.base.wording import quoted
 from symdyn.spec.findings import Findings
+from symdyn.spec.mass_matrix import singular_joint
 from symdyn.spec.monomials import value_of
 from symdyn.spec.number_paths import number_paths
 from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot
@@ -27,8 +28,10 @@ def check_physics(robot: Robot, findings: Findings) -> None:
     values: Values = {parameter.name: parameter.value for parameter in robot.parameters}
     for path, monomial in number_paths(robot):
         value = value_of(monomial, values)
-        if path[0] == "joint" and path[-1] in _NOT_NEGATIVE and value is not None and value < 0:
+        if path[0] in ("joint", "tool") and path[-1] in _NOT_NEGATIVE and value is not None and value < 0:
             findings.error(path, "SD203", f"{path[-1]} is {value:g}, must not be negative")
+    if robot.tool is not None:
+        _check_inertia(robot.tool.link, "tool", ("tool", "inertia"), values, findings)
     for i, joint in enumerate(robot.joints):
         path = ("joint", i)
         _check_inertia(joint.link, joint.name, (*path, "link", "inertia"), values, findings)
@@ -37,19 +40,33 @@ def check_physics(robot: Robot, findings: Findings) -> None:
             if joint.drive.motor is not None:
                 _check_motor(joint.drive.motor, (*path, "drive", "motor"), values, findings)
 
+    check_mass_matrix(robot, findings)
+
+
+def check_mass_matrix(robot: Robot, findings: Findings) -> None:
+    """Refuse a robot that cannot be accelerated sensibly: SD214."""
+    if findings.has_errors:  # what could not be read counts as zero
+        return
+    i = singular_joint(robot)
+    if i is not None:
+        name = quoted(robot.joints[i].name)
+        is_empty = all(joint.link.mass.is_zero for joint in robot.joints)
+        hint = "no link of this robot has mass: is the file for display only?" if is_empty else ""
+        findings.error(
+            ("joint", i, "link"),
+            "SD214",
+            f"the mass matrix is singular about joint {name} in every pose: nothing there has inertia",
+            hint or f"give {name}, or a link behind it, mass and inertia, or a rotor that is fixed to the joint",
+        )
+
 
 def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, findings: Findings) -> None:
     tensor = _tensor(link, values)
     if tensor is None or not tensor.any():
         return
-    moments = np.linalg.eigvalsh(tensor)
-    if moments[0] < -_ROUNDING * abs(moments).max():
-        findings.error(
-            path,
-            "SD212",
-            f"the inertia of {quoted(name)} has a negative principal moment, {moments[0]:g} kg m^2",
-            "products of inertia stand with their sign as in the matrix",
-        )
+    doubt = doubtful_moments(tensor, name)
+    if doubt is not None and doubt[0] == "SD212":
+        findings.error(path, *doubt)
         return
     written = sum(not entry.is_zero for entry in link.inertia[:3])
     if link.about is InertiaAbout.JOINT and written == 3:
@@ -67,15 +84,27 @@ def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, finding
             return
     elif link.about is InertiaAbout.JOINT or written < 2:
         return  # a model of one axis: only what that axis feels is given
-    small, middle, large = (float(moment) for moment in moments)
+    elif doubt is not None:
+        findings.warning(path, *doubt)
+
+
+def doubtful_moments(tensor: Tensor, name: str) -> tuple[str, str, str] | None:
+    """(code, message, hint) for a tensor that no body has: SD212 a negative moment, SD211 one too large."""
+    small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(tensor))
+    if small < -_ROUNDING * max(abs(small), abs(large)):
+        return (
+            "SD212",
+            f"the inertia of {quoted(name)} has a negative principal moment, {small:g} kg m^2",
+            "products of inertia stand with their sign as in the matrix",
+        )
     if small + middle < large * (1 - _ROUNDING):
-        findings.warning(
-            path,
+        return (
             "SD211",
             f"no body has the principal moments of {quoted(name)}: {small:.4g} + {middle:.4g} < {large:.4g} kg m^2,"
             f" by {100 * (1 - (small + middle) / large):.2g} %",
             "each is at most the sum of the other two",
         )
+    return None
 
 
 def _tensor(link: Link, values: Values) -> Tensor | None:

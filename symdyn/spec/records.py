@@ -89,14 +89,31 @@ class DHRow:
     alpha: Monomial
 
 
+Three = tuple[float, float, float]
+Rotation = tuple[Three, Three, Three]
+IDENTITY: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A frame fixed in another: ``position`` of its origin there, ``rotation`` from its axes to the other's.
+
+    A joint so placed turns about, or slides along, the z axis of this frame; its link's frame is the
+    frame moved with it. Entries of ``rotation`` that are 0 or +-1 are exactly so.
+    """
+
+    position: tuple[Monomial, Monomial, Monomial] = (ZERO, ZERO, ZERO)
+    rotation: Rotation = IDENTITY
+
+
 class InertiaAbout(StrEnum):
     COM = "com"
-    JOINT = "joint"  # the origin of the link's DH frame, axes parallel to it
+    JOINT = "joint"  # the origin of the link's frame, axes parallel to it
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """Inertial parameters in the link's DH frame: mass, centre of mass, inertia tensor entries.
+    """Inertial parameters in the link's frame: mass, centre of mass, inertia tensor entries.
 
     ``inertia`` is (xx, yy, zz, xy, xz, yz): entries of the tensor (products with their sign as in
     the matrix), about the centre of mass or about the frame's origin.
@@ -162,13 +179,35 @@ class Actuator:
 
 
 @dataclass(frozen=True, slots=True)
+class Limits:
+    """What a joint can do, in SI units: range, speed, effort; None: not given. The dynamics do not use them."""
+
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Joint:
+    """A joint and the link behind it, placed by a DH row or by a fixed placement in the previous link's frame."""
+
     name: str
     kind: JointKind
-    dh: DHRow
+    placement: DHRow | Placement
     link: Link
     drive: Drive | None = None
     actuator: Actuator | None = None
+    limits: Limits | None = None
+    description: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """What the last link carries: a frame fixed to it, and the body in that frame (massless: the frame alone)."""
+
+    placement: Placement = Placement()
+    link: Link = Link()
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,19 +258,25 @@ class ChannelMap:
     time_factor: float
     channels: tuple[Channel, ...]
     where: Where | None = None
+    time_unit: str = "s"
 
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """A serial robot with its drives: the one input of every derivation."""
+    """A serial robot with its drives: the one input of every derivation.
+
+    ``base`` places the frame that the first joint is placed in; None: that is the world's frame.
+    """
 
     name: str
     description: str
     convention: Convention
-    gravity: tuple[Monomial, Monomial, Monomial]  # acceleration of gravity in the base frame
+    gravity: tuple[Monomial, Monomial, Monomial]  # acceleration of gravity in the world frame
     joints: tuple[Joint, ...]
     effects: tuple[EffectSpec, ...]
     parameters: tuple[Parameter, ...]
     channels: ChannelMap | None = None
     text: str = ""  # the TOML it was read from: a diagnosis edits this, comments kept
     where: Where | None = None
+    base: Placement | None = None
+    tool: Tool | None = None

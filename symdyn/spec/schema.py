@@ -67,6 +67,7 @@ Finite = Annotated[float, PlainValidator(_finite)]
 Text = Annotated[str, PlainValidator(_text)]
 Sign = Annotated[int, PlainValidator(_sign)]
 ThreeNumbers = Annotated[list[Number], Field(min_length=3, max_length=3)]
+ThreeFinite = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 
 class _Table(BaseModel):
@@ -99,6 +100,18 @@ class DHTable(_Table):
     rows: list[list[Number]]
 
 
+class PlacementTable(_Table):
+    """``xyz`` with either ``rpy`` or the ``rotation`` matrix."""
+
+    xyz: ThreeNumbers = [0, 0, 0]
+    rpy: ThreeNumbers | None = None
+    rotation: Annotated[list[ThreeFinite], Field(min_length=3, max_length=3)] | None = None
+
+
+class BaseTable(_Table):
+    placement: PlacementTable
+
+
 class InertiaTable(_Table):
     about: Literal["com", "joint"] = "com"
     xx: Number = 0
@@ -113,6 +126,10 @@ class LinkTable(_Table):
     mass: Number = 0
     com: ThreeNumbers = [0, 0, 0]
     inertia: InertiaTable = InertiaTable()
+
+
+class ToolTable(LinkTable):
+    placement: PlacementTable = PlacementTable()
 
 
 class RotorTable(_Table):
@@ -149,11 +166,22 @@ class ActuatorTable(_Table):
     gain: Number
 
 
+class LimitsTable(_Table):
+    lower: Number | None = None
+    upper: Number | None = None
+    velocity: Number | None = None
+    effort: Number | None = None
+
+
 class JointTable(_Table):
     name: Text
+    description: Text = ""
+    kind: Literal["revolute", "prismatic"] | None = None
+    placement: PlacementTable | None = None
     link: LinkTable = LinkTable()
     drive: DriveTable | None = None
     actuator: ActuatorTable | None = None
+    limits: LimitsTable | None = None
 
 
 class EffectTable(_Table):
@@ -189,8 +217,10 @@ class RecordingTable(_Table):
 class RobotFile(_Table):
     robot: RobotTable
     parameters: dict[str, ParameterEntry] = {}
-    dh: DHTable
+    base: BaseTable | None = None
+    dh: DHTable | None = None
     joint: Annotated[list[JointTable], Field(min_length=1)]
+    tool: ToolTable | None = None
     effect: list[EffectTable] = []
     recording: RecordingTable | None = None
 

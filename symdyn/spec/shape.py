@@ -21,13 +21,13 @@ _ARRAYS = ("list_type",)
 _LENGTHS = ("too_short", "too_long")
 
 
-def validated(shape: type[Shape], findings: Findings) -> Shape | None:
-    """The source's data in the given shape.
+def validated(shape: type[Shape], given: dict[str, Any], findings: Findings) -> Shape | None:
+    """The parsed data in the given shape.
 
     Misfits are added to the findings. Those that can be taken out (an unknown key, a value of the wrong type) are,
     so that the rest of the file can be checked too; None where that is not possible.
     """
-    data = copy.deepcopy(findings.source.data)
+    data = copy.deepcopy(given)
     try:
         return shape.model_validate(data)
     except ValidationError as error:

@@ -9,19 +9,23 @@ from symdyn.base.errors import Problem
 from symdyn.base.names import collisions, identifier_problem, robot_name_problem
 from symdyn.base.wording import quoted
 from symdyn.spec.channel_reader import read_channel_map, read_channels
-from symdyn.spec.dh_reader import JointFrame, read_dh
 from symdyn.spec.effect_reader import read_effects
 from symdyn.spec.effect_schema import EffectSchema
 from symdyn.spec.field_units import motion_of
 from symdyn.spec.findings import Findings
-from symdyn.spec.numbers import NumberReader, Slot
+from symdyn.spec.frame_reader import convention_of, read_frames
+from symdyn.spec.frames import JointFrame
+from symdyn.spec.limits_reader import read_limits
+from symdyn.spec.numbers import NumberReader
 from symdyn.spec.parameters import Parameters
 from symdyn.spec.part_readers import JointContext, read_actuator, read_drive, read_link
 from symdyn.spec.physical_checks import check_physics
+from symdyn.spec.placement_reader import read_placement
 from symdyn.spec.places import joint_places
-from symdyn.spec.records import JOINT_END, Convention, Joint, Monomial, Robot
-from symdyn.spec.schema import JointTable, RobotFile, RobotTable
+from symdyn.spec.records import JOINT_END, Joint, Monomial, Robot, Tool
+from symdyn.spec.schema import JointTable, RobotFile, RobotTable, ToolTable
 from symdyn.spec.shape import validated
+from symdyn.spec.slots import gravity_slots
 from symdyn.spec.toml_positions import KeyPath
 from symdyn.spec.toml_source import parse, read_text
 
@@ -48,8 +52,9 @@ def read_with_warnings(path: str | Path, catalogue: Catalogue) -> tuple[Robot, t
 def text_with_warnings(text: str, file: str, catalogue: Catalogue) -> tuple[Robot, tuple[Problem, ...]]:
     """As ``read_robot_text``, with what is allowed but doubtful."""
     text = text.removeprefix("\ufeff")
-    findings = Findings(parse(text, file))
-    shape = validated(RobotFile, findings)
+    source = parse(text, file)
+    findings = Findings(source)
+    shape = validated(RobotFile, source.data, findings)
     robot = _build(shape, text, catalogue, findings) if shape is not None else None
     if robot is not None:
         check_physics(robot, findings)
@@ -64,19 +69,23 @@ def _build(shape: RobotFile, text: str, catalogue: Catalogue, findings: Findings
     numbers = NumberReader(Parameters(shape.parameters, findings), findings)
     gravity = _read_gravity(shape.robot, numbers)
     joint_names = tuple(_usable_name(joint.name, i) for i, joint in enumerate(shape.joint))
-    frames = read_dh(shape.dh, joint_names, numbers)
+    base = None
+    if shape.base is not None:
+        base = read_placement(shape.base.placement, ("base", "placement"), "base", numbers)
+    frames = read_frames(shape, joint_names, numbers)
     if frames is None:
         return None
     joints = tuple(
         _read_joint(table, ("joint", i), joint_names[i], frames[i], numbers) for i, table in enumerate(shape.joint)
     )
+    tool = _read_tool(shape.tool, numbers) if shape.tool is not None else None
     places = [place for joint in joints for place in joint_places(joint)]
     effects = read_effects(shape.effect, places, catalogue, numbers)
     channels = read_channels(shape.recording, joints, findings) if shape.recording is not None else None
     return Robot(
         shape.robot.name,
         shape.robot.description,
-        Convention(shape.dh.convention),
+        convention_of(shape),
         gravity,
         joints,
         effects,
@@ -84,20 +93,19 @@ def _build(shape: RobotFile, text: str, catalogue: Catalogue, findings: Findings
         channels,
         text,
         findings.where(("robot",)),
+        base,
+        tool,
     )
 
 
 def _read_gravity(table: RobotTable, numbers: NumberReader) -> tuple[Monomial, Monomial, Monomial]:
-    components = [
-        numbers.read(
-            value,
-            Slot(
-                ("robot", "gravity", i), (), f"gravity_{axis}", "m/s^2", f"g_{{{axis}}}", f"gravity along base {axis}"
-            ),
-        )
-        for i, (axis, value) in enumerate(zip("xyz", table.gravity, strict=True))
-    ]
-    return components[0], components[1], components[2]
+    x, y, z = (numbers.read(value, slot) for value, slot in zip(table.gravity, gravity_slots(), strict=True))
+    return x, y, z
+
+
+def _read_tool(table: ToolTable, numbers: NumberReader) -> Tool:
+    placement = read_placement(table.placement, ("tool", "placement"), "tool", numbers)
+    return Tool(placement, read_link(table, ("tool",), "tool", numbers))
 
 
 def _read_joint(table: JointTable, path: KeyPath, name: str, frame: JointFrame, numbers: NumberReader) -> Joint:
@@ -105,10 +113,12 @@ def _read_joint(table: JointTable, path: KeyPath, name: str, frame: JointFrame, 
     return Joint(
         table.name,
         frame.kind,
-        frame.row,
-        read_link(table.link, context),
+        frame.placement,
+        read_link(table.link, (*path, "link"), name, numbers),
         read_drive(table.drive, context) if table.drive is not None else None,
         read_actuator(table.actuator, context) if table.actuator is not None else None,
+        read_limits(table.limits, context) if table.limits is not None else None,
+        table.description,
     )
 
 

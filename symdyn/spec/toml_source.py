@@ -40,22 +40,22 @@ class TomlSource:
         return positions_of(self.text)
 
 
-def read_text(path: str | Path) -> str:
-    """The text of a file: UTF-8, at most 1 MiB. InputError SD003, SD004 or SD005 otherwise."""
+def read_text(path: str | Path, largest: int = LARGEST_FILE) -> str:
+    """The text of a file: UTF-8, at most ``largest`` bytes. InputError SD003, SD004 or SD005 otherwise."""
     file = str(path)
     try:
         with open(path, "rb") as stream:
-            content = stream.read(LARGEST_FILE + 1)
+            content = stream.read(largest + 1)
     except IsADirectoryError:
-        raise _unreadable(file, "is a directory", "name the TOML file in it") from None
+        raise _unreadable(file, "is a directory", "name the file in it") from None
     except FileNotFoundError:
         raise _unreadable(file, "does not exist") from None
     except OSError as error:
         raise _unreadable(file, f"cannot be read: {error.strerror}") from None
     except ValueError as error:  # a NUL in the path
         raise _unreadable(file, f"cannot be read: {error}") from None
-    if len(content) > LARGEST_FILE:
-        raise InputError(Problem("SD004", "the file is larger than 1 MiB", Where(file)))
+    if len(content) > largest:
+        raise InputError(Problem("SD004", f"the file is larger than {largest >> 20} MiB", Where(file)))
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -37,7 +37,8 @@ def model_of(robot: Robot) -> Any:
     model.gravity = pin.Motion(np.array([float(g.coefficient) for g in robot.gravity]), np.zeros(3))
     parent, reached = 0, pin.SE3.Identity()  # reached: the last link's frame, seen from the last joint
     for joint in robot.joints:
-        theta, d, a, alpha = (float(m.coefficient) for m in (joint.dh.theta, joint.dh.d, joint.dh.a, joint.dh.alpha))
+        row = joint.placement
+        theta, d, a, alpha = (float(m.coefficient) for m in (row.theta, row.d, row.a, row.alpha))
         along_z = turn(Z, theta) * shift(d * Z)
         along_x = shift(a * X) * turn(X, alpha)
         kind = pin.JointModelPZ() if joint.kind is JointKind.PRISMATIC else pin.JointModelRZ()

@@ -182,7 +182,7 @@ def test_what_follows_from_an_error_is_not_told(valid: str, catalogue: Catalogue
 
 def test_empty_file_lacks_its_tables(catalogue: Catalogue) -> None:
     assert [problem.message for problem in problems_of("", catalogue)] == [
-        f"the file has no `{table}`" for table in ("robot", "dh", "joint")
+        f"the file has no `{table}`" for table in ("robot", "joint")
     ]
 
 

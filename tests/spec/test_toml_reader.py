@@ -103,8 +103,8 @@ def test_places_of_a_drive(catalogue: Catalogue) -> None:
 def test_arms(catalogue: Catalogue) -> None:
     rod = machine("irb6-arm-rod", catalogue)
     assert rod.gravity == (ZERO, ZERO, of("g", -1))
-    assert rod.joints[0].dh.alpha == Monomial(math.pi / 2)
-    assert rod.joints[1].dh.a == of("l")
+    assert rod.joints[0].placement.alpha == Monomial(math.pi / 2)
+    assert rod.joints[1].placement.a == of("l")
     assert rod.joints[1].link.com == (of("l", Fraction(-1, 2)), ZERO, ZERO)
     assert rod.joints[1].link.inertia[1] == Monomial(Fraction(1, 12), (("m", 1), ("l", 2)))
     assert machine("two-link", catalogue).convention is Convention.MODIFIED
@@ -225,7 +225,7 @@ def test_joint_variable(
 ) -> None:
     text = valid.replace('["q", 0, 0.5, 0]', row)
     joint = read_robot_text(text, "f", catalogue).joints[0]
-    assert (joint.kind, joint.dh.theta, joint.dh.d) == (kind, theta, d)
+    assert (joint.kind, joint.placement.theta, joint.placement.d) == (kind, theta, d)
 
 
 def test_offset_keeps_its_sign(valid: str, catalogue: Catalogue) -> None:

@@ -1,0 +1,1 @@
+"""Tests of the specification: files of robots, good and bad, and what is written back into them."""
