@@ -13,6 +13,7 @@ from pathlib import Path
 from symdyn import __version__
 from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
+from symdyn.base.memory import collector_paused
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.emit import latex
 from symdyn.emit.forms import Form, forms
@@ -91,8 +92,9 @@ def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
 
     ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events.
     """
-    equations = equations_of_motion(robot)
-    return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
+    with collector_paused():
+        equations = equations_of_motion(robot)
+        return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
 def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:

@@ -28,10 +28,9 @@ from symdyn.emit.kernel import Kernel
 from symdyn.emit.tables import name_tables
 from symdyn.program.evaluate import evaluate
 from symdyn.program.ssa import Argument, Node, Op, Program
-from symdyn.spec.machines import machine_names
+from tests.emit.machines import MACHINES
 from tests.program.strategies import ARGUMENTS, POINTS, programs
 
-MACHINES = machine_names()
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-pedantic", "-O2")
 SANITIZERS = "-fsanitize=undefined,address"
 # Of the largest entry of a result. On x86-64 both are equal to the last bit: the same operations in the same
