@@ -22,7 +22,7 @@ from symdyn.spec.machines import machine_names
 
 from .command_line import GRAVITY, INERTIA, MOMENT, PENDULUM, Done, contents, nothing, run, torque, write_pair
 
-COMMANDS = ("check", "derive", "generate", "latex", "effects", "simulate", "identify", "diagnose", "demo")
+COMMANDS = ("check", "derive", "generate", "latex", "convert", "effects", "simulate", "identify", "diagnose", "demo")
 
 
 @pytest.fixture
