@@ -10,7 +10,7 @@ import sympy as sp
 
 from symdyn.base import symbols
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.derive.lagrange import LagrangeCoefficients, lagrange_coefficients, readable
+from symdyn.derive.lagrange import LagrangeCoefficients, readable, textbook_coefficients
 from symdyn.emit.latex_names import Printer
 from symdyn.emit.templates import render
 
@@ -148,7 +148,7 @@ def escape(text: str) -> str:
 
 
 def _lagrange(equations: EquationsOfMotion) -> LagrangeCoefficients:
-    return lagrange_coefficients(equations.robot).simplified()
+    return textbook_coefficients(equations.robot)
 
 
 def _arm_terms(equations: EquationsOfMotion) -> list[list[sp.Expr]]:
