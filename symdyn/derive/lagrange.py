@@ -56,9 +56,7 @@ def readable(expression: sp.Expr) -> sp.Expr:
 
 def textbook_coefficients(robot: Robot) -> LagrangeCoefficients:
     """B, C, D simplified. Robots with the same rigid arm share them: a diagnosis prints many of one arm."""
-    joints = tuple(replace(joint, drive=None, actuator=None, limits=None, description="") for joint in robot.joints)
-    bare = replace(robot, name="", description="", joints=joints, effects=(), parameters=(), channels=None)
-    return _simplified(replace(bare, text="", where=None))
+    return _simplified(replace(robot, effects=(), parameters=(), channels=None, text="", where=None))
 
 
 @lru_cache(maxsize=4)
