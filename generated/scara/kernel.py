@@ -96,7 +96,7 @@ def _inverse_dynamics(q, qd, qdd, out, k, S):
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 1 (arm1): Euler, inertial moment
-    N_1_z = qdd_1 * 1.38
+    N_1_z = qdd_1 * 1.3800000000000001
     # link 2 (arm2): acceleration of its joint
     a_2b_x = w_1_zz * -0.4
     a_2b_y = qdd_1 * 0.4
@@ -113,7 +113,7 @@ def _inverse_dynamics(q, qd, qdd, out, k, S):
     F_2_x = w_2_zz * -0.5
     F_2_y = 0.5 * alpha_2_z
     # link 2 (arm2): Euler, inertial moment
-    N_2_z = alpha_2_z * 0.6499999999999999 + 0.5 * a_2r_y
+    N_2_z = alpha_2_z * 0.65 + 0.5 * a_2r_y
     # link 3 (quill): acceleration of its joint
     a_3b_x = a_2r_x - 0.25 * w_2_zz
     a_3b_y = a_2r_y + 0.25 * alpha_2_z
@@ -495,7 +495,7 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     t44 = t4 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t37 * t39
     t48 = tau_4 + 0.875 * t15
     t49 = tau_2 + t48
-    t55 = (t48 + (tau_1 + t29 * 0.4) - t39 * t49) / (t44 + 2.12375)
+    t55 = (t48 + (tau_1 + t29 * 0.4) - t39 * t49) / (t44 + 2.1237500000000002)
     t60 = 1.3445378151260503 * t49 - t39 * t55
     out[0 * S + k] = t55
     out[1 * S + k] = t60
@@ -657,9 +657,9 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     # link 2 (arm2): effort when joint 2 is accelerated
     m_2_2_f_y = c_2 * C_2_x1
     # link 2 (arm2): acceleration of its joint
-    t29 = p_arm1_dh_a * (qd_1 * qd_1)
+    t30 = p_arm1_dh_a * (qd_1 * qd_1)
     # link 2 (arm2): acceleration
-    a_2r_y = s_2 * t29
+    a_2r_y = s_2 * t30
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
@@ -669,10 +669,10 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     # link 3 (quill): Newton, inertial force
     f_2_y = J_3_11 * a_2r_y
     # link 2 (arm2): force from link 1
-    t42 = J_2_x1 * w_2_zz + J_3_11 * (c_2 * t29 + p_arm2_dh_a * w_2_zz)
+    t43 = J_2_x1 * w_2_zz + J_3_11 * (c_2 * t30 + p_arm2_dh_a * w_2_zz)
     # solve: L D L^T
-    t55 = p_arm2_dh_a * C_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t56 = p_arm2_com_x * J_2_x1 + t55
+    t55 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t56 = p_arm2_dh_a * C_2_x1 + t55
     t57 = p_arm1_dh_a * m_2_2_f_y + t56
     t58 = 1.0 / t56
     t59 = t57 * t58
@@ -680,7 +680,7 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     t69 = p_arm1_com_x * t17 + (p_arm1_inertia_zz + t57 - t57 * t59)
     t72 = N_2_z + p_arm2_dh_a * f_2_y - tau_4
     t73 = tau_2 - t72
-    t76 = p_arm1_dh_a * (s_2 * t42 - c_2 * f_2_y) + tau_1 - t72
+    t76 = p_arm1_dh_a * (s_2 * t43 - c_2 * f_2_y) + tau_1 - t72
     t78 = (t76 - t59 * t73) / (p_arm1_dh_a * t65 + t69)
     t83 = t58 * t73 - t59 * t78
     out[0 * S + k] = t78
@@ -939,45 +939,52 @@ def _mass_matrix_p(q, p, out, k, S):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
+    p_flange_inertia_xx = p[24]
+    p_flange_inertia_yy = p[25]
     p_flange_inertia_zz = p[26]
+    # link 4 (flange): base parameters
+    t17 = p_flange_inertia_zz * 0.5
+    t18 = (p_flange_inertia_xx - p_flange_inertia_yy) * 0.5
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t15 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    t25 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
     # link 2 (arm2): rotation
     c_2 = _cos(q_2)
     # link 4 (flange): effort when joint 4 is accelerated
-    t17 = -p_flange_inertia_zz
+    M_4_4 = t17 - t18 + (t17 + t18)
+    t28 = -M_4_4
     # link 3 (quill): effort when joint 3 is accelerated
     m_3_3_b_y = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    t20 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    C_2_x1 = m_3_3_b_y + t20
+    C_2_x1 = J_2_x1 + m_3_3_b_y
     # link 2 (arm2): effort when joint 2 is accelerated
-    t25 = p_flange_inertia_zz + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    M_2_2 = p_arm2_com_x * t20 + (p_arm2_dh_a * C_2_x1 + t25)
+    t35 = p_arm2_com_x * J_2_x1 + (M_4_4 + (p_arm2_inertia_zz + p_quill_inertia_zz))
+    M_2_2 = p_arm2_dh_a * C_2_x1 + t35
     m_2_2_f_y = c_2 * C_2_x1
     m_2_2_b_z = M_2_2 + p_arm1_dh_a * m_2_2_f_y
     # link 1 (arm1): effort when joint 1 is accelerated
-    t35 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t15 + m_2_2_f_y)
-    t38 = p_arm1_com_x * t15 + (p_arm1_inertia_zz + m_2_2_b_z)
-    M_1_1 = p_arm1_dh_a * t35 + t38
+    t44 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t25 + m_2_2_f_y)
+    t47 = p_arm1_com_x * t25 + (p_arm1_inertia_zz + m_2_2_b_z)
+    M_1_1 = p_arm1_dh_a * t44 + t47
     out[0 * S + k] = M_1_1
     out[1 * S + k] = m_2_2_b_z
     out[2 * S + k] = 0.0
-    out[3 * S + k] = t17
+    out[3 * S + k] = t28
     out[4 * S + k] = m_2_2_b_z
     out[5 * S + k] = M_2_2
     out[6 * S + k] = 0.0
-    out[7 * S + k] = t17
+    out[7 * S + k] = t28
     out[8 * S + k] = 0.0
     out[9 * S + k] = 0.0
     out[10 * S + k] = J_3_11
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t17
-    out[13 * S + k] = t17
+    out[12 * S + k] = t28
+    out[13 * S + k] = t28
     out[14 * S + k] = 0.0
-    out[15 * S + k] = p_flange_inertia_zz
+    out[15 * S + k] = M_4_4
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2132,7 +2139,7 @@ def _state_derivative(x, u, out, k, S):
     t44 = t8 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t37 * t39
     t48 = u_4 + 0.875 * t19
     t49 = u_2 + t48
-    t55 = (t48 + (u_1 + t33 * 0.4) - t39 * t49) / (t44 + 2.12375)
+    t55 = (t48 + (u_1 + t33 * 0.4) - t39 * t49) / (t44 + 2.1237500000000002)
     t60 = 1.3445378151260503 * t49 - t39 * t55
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
@@ -2283,9 +2290,9 @@ def _state_derivative_p(x, u, p, out, k, S):
     # link 2 (arm2): effort when joint 2 is accelerated
     m_2_2_f_y = c_2 * C_2_x1
     # link 2 (arm2): acceleration of its joint
-    t33 = p_arm1_dh_a * (qd_1 * qd_1)
+    t34 = p_arm1_dh_a * (qd_1 * qd_1)
     # link 2 (arm2): acceleration
-    a_2r_y = s_2 * t33
+    a_2r_y = s_2 * t34
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
@@ -2295,10 +2302,10 @@ def _state_derivative_p(x, u, p, out, k, S):
     # link 3 (quill): Newton, inertial force
     f_2_y = J_3_11 * a_2r_y
     # link 2 (arm2): force from link 1
-    t46 = J_2_x1 * w_2_zz + J_3_11 * (c_2 * t33 + p_arm2_dh_a * w_2_zz)
+    t47 = J_2_x1 * w_2_zz + J_3_11 * (c_2 * t34 + p_arm2_dh_a * w_2_zz)
     # solve: L D L^T
-    t55 = p_arm2_dh_a * C_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t56 = p_arm2_com_x * J_2_x1 + t55
+    t55 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t56 = p_arm2_dh_a * C_2_x1 + t55
     t57 = p_arm1_dh_a * m_2_2_f_y + t56
     t58 = 1.0 / t56
     t59 = t57 * t58
@@ -2306,7 +2313,7 @@ def _state_derivative_p(x, u, p, out, k, S):
     t69 = p_arm1_com_x * t21 + (p_arm1_inertia_zz + t57 - t57 * t59)
     t72 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
     t73 = u_2 + t72
-    t76 = t72 + (u_1 + p_arm1_dh_a * (s_2 * t46 - c_2 * f_2_y))
+    t76 = t72 + (u_1 + p_arm1_dh_a * (s_2 * t47 - c_2 * f_2_y))
     t78 = (t76 - t59 * t73) / (p_arm1_dh_a * t65 + t69)
     t83 = t58 * t73 - t59 * t78
     out[0 * S + k] = qd_1
@@ -2866,7 +2873,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     t47 = tau_4 + 0.875 * t16
     t48 = tau_2 + t47
     t50 = (s_2 * (a_3b_x * 1.5 - t23) - 1.5 * (c_2 * t16)) * 0.4
-    t54 = 1.0 / (t43 + 2.12375)
+    t54 = 1.0 / (t43 + 2.1237500000000002)
     t55 = (t37 * t48 + (t50 - tau_1 - t47)) * t54
     # derivative: link 2 (arm2): acceleration of its joint
     t58 = qd_1 * -0.8
@@ -3082,29 +3089,29 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     # link 2 (arm2): effort when joint 2 is accelerated
     m_2_2_f_y = c_2 * C_2_x1
     # derivative: link 2 (arm2): acceleration of its joint
-    t27 = p_arm1_dh_a * qd_1
+    t28 = p_arm1_dh_a * qd_1
     # link 2 (arm2): acceleration of its joint
-    t28 = qd_1 * t27
+    t29 = qd_1 * t28
     # link 2 (arm2): acceleration
-    t29 = c_2 * t28
-    a_2r_y = s_2 * t28
+    t30 = c_2 * t29
+    a_2r_y = s_2 * t29
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
     w_2_zz = omega_2_z * omega_2_z
     # link 2 (arm2): Newton, inertial force
-    t33 = J_2_x1 * w_2_zz
+    t34 = J_2_x1 * w_2_zz
     # link 2 (arm2): Euler, inertial moment
     N_2_z = J_2_x1 * a_2r_y
     # link 3 (quill): acceleration of its joint
-    t36 = t29 + p_arm2_dh_a * w_2_zz
+    t37 = t30 + p_arm2_dh_a * w_2_zz
     # link 3 (quill): Newton, inertial force
     f_2_y = J_3_11 * a_2r_y
     # link 2 (arm2): moment, in frame 1
-    t44 = p_arm1_dh_a * (s_2 * (t33 + J_3_11 * t36) - c_2 * f_2_y)
+    t45 = p_arm1_dh_a * (s_2 * (t34 + J_3_11 * t37) - c_2 * f_2_y)
     # solve: L D L^T
-    t51 = p_arm2_dh_a * C_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t52 = p_arm2_com_x * J_2_x1 + t51
+    t51 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t52 = p_arm2_dh_a * C_2_x1 + t51
     t53 = p_arm1_dh_a * m_2_2_f_y + t52
     t54 = 1.0 / t52
     t55 = t53 * t54
@@ -3113,15 +3120,15 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     t68 = N_2_z + p_arm2_dh_a * f_2_y - tau_4
     t69 = tau_2 - t68
     t74 = 1.0 / (p_arm1_dh_a * t61 + t65)
-    t75 = (t44 + tau_1 - t68 - t55 * t69) * t74
+    t75 = (t45 + tau_1 - t68 - t55 * t69) * t74
     # derivative: link 2 (arm2): acceleration of its joint
-    t79 = t27 * -2.0
+    t79 = t28 * -2.0
     # link 2 (arm2): acceleration
     t81 = p_arm1_dh_a * s_2
     t82 = t75 * t81
     # derivative: link 2 (arm2): acceleration
     t83 = s_2 * t79
-    t84 = t29 - t82
+    t84 = t30 - t82
     # derivative: link 2 (arm2): products of angular velocity
     t86 = omega_2_z * 2.0
     # derivative: link 2 (arm2): Newton, inertial force
@@ -3131,7 +3138,7 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     # derivative: link 3 (quill): Newton, inertial force
     t97 = J_3_11 * t84
     # derivative: link 2 (arm2): force, before its turn
-    t109 = (t75 + t54 * t69 - t55 * t75) * (s_2 * C_2_x1) + c_2 * (t33 + J_3_11 * (t36 - t82) - t97)
+    t109 = (t75 + t54 * t69 - t55 * t75) * (s_2 * C_2_x1) + c_2 * (t34 + J_3_11 * (t37 - t82) - t97)
     t110 = s_2 * (t89 - J_3_11 * (c_2 * t79 - t91)) + t83 * (J_3_11 * c_2)
     # derivative of effort
     t113 = J_2_x1 * t84 + p_arm2_dh_a * t97
@@ -3340,7 +3347,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     t47 = u_4 + 0.875 * t20
     t48 = u_2 + t47
     t50 = (s_2 * (a_3b_x * 1.5 - t27) - 1.5 * (c_2 * t20)) * 0.4
-    t54 = 1.0 / (t43 + 2.12375)
+    t54 = 1.0 / (t43 + 2.1237500000000002)
     t55 = (t47 + (u_1 - t50) - t38 * t48) * t54
     # derivative: link 2 (arm2): acceleration of its joint
     t58 = qd_1 * -0.8
@@ -3573,29 +3580,29 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     # link 2 (arm2): effort when joint 2 is accelerated
     m_2_2_f_y = c_2 * C_2_x1
     # derivative: link 2 (arm2): acceleration of its joint
-    t30 = p_arm1_dh_a * qd_1
+    t31 = p_arm1_dh_a * qd_1
     # link 2 (arm2): acceleration of its joint
-    t31 = qd_1 * t30
+    t32 = qd_1 * t31
     # link 2 (arm2): acceleration
-    t32 = c_2 * t31
-    a_2r_y = s_2 * t31
+    t33 = c_2 * t32
+    a_2r_y = s_2 * t32
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
     w_2_zz = omega_2_z * omega_2_z
     # link 2 (arm2): Newton, inertial force
-    t36 = J_2_x1 * w_2_zz
+    t37 = J_2_x1 * w_2_zz
     # link 2 (arm2): Euler, inertial moment
     N_2_z = J_2_x1 * a_2r_y
     # link 3 (quill): acceleration of its joint
-    t39 = t32 + p_arm2_dh_a * w_2_zz
+    t40 = t33 + p_arm2_dh_a * w_2_zz
     # link 3 (quill): Newton, inertial force
     f_2_y = J_3_11 * a_2r_y
     # link 2 (arm2): moment, in frame 1
-    t47 = p_arm1_dh_a * (s_2 * (t36 + J_3_11 * t39) - c_2 * f_2_y)
+    t48 = p_arm1_dh_a * (s_2 * (t37 + J_3_11 * t40) - c_2 * f_2_y)
     # solve: L D L^T
-    t51 = p_arm2_dh_a * C_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t52 = p_arm2_com_x * J_2_x1 + t51
+    t51 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t52 = p_arm2_dh_a * C_2_x1 + t51
     t53 = p_arm1_dh_a * m_2_2_f_y + t52
     t54 = 1.0 / t52
     t55 = t53 * t54
@@ -3604,15 +3611,15 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     t68 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
     t69 = u_2 + t68
     t74 = 1.0 / (p_arm1_dh_a * t61 + t65)
-    t75 = (t68 + (u_1 + t47) - t55 * t69) * t74
+    t75 = (t68 + (u_1 + t48) - t55 * t69) * t74
     # derivative: link 2 (arm2): acceleration of its joint
-    t79 = t30 * -2.0
+    t79 = t31 * -2.0
     # link 2 (arm2): acceleration
     t81 = p_arm1_dh_a * s_2
     t82 = t75 * t81
     # derivative: link 2 (arm2): acceleration
     t83 = s_2 * t79
-    t84 = t32 - t82
+    t84 = t33 - t82
     # derivative: link 2 (arm2): products of angular velocity
     t86 = omega_2_z * 2.0
     # link 2 (arm2): angular acceleration
@@ -3624,7 +3631,7 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     # derivative: link 3 (quill): Newton, inertial force
     t97 = J_3_11 * t84
     # derivative: link 2 (arm2): force, before its turn
-    t109 = alpha_2_z * (s_2 * C_2_x1) + c_2 * (t36 + J_3_11 * (t39 - t82) - t97)
+    t109 = alpha_2_z * (s_2 * C_2_x1) + c_2 * (t37 + J_3_11 * (t40 - t82) - t97)
     t110 = s_2 * (t89 - J_3_11 * (c_2 * t79 - t91)) + t83 * (J_3_11 * c_2)
     # derivative of effort
     t113 = J_2_x1 * t84 + p_arm2_dh_a * t97
@@ -3824,7 +3831,7 @@ def _state_derivative_input_jacobian(x, u, out, k, S):
     t11 = t5 + 0.74375
     t13 = t11 * 1.3445378151260503
     t18 = t5 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t11 * t13
-    t21 = 1.0 / (t18 + 2.12375)
+    t21 = 1.0 / (t18 + 2.1237500000000002)
     t22 = t13 * t21
     t23 = -t22
     t25 = t13 * t22
@@ -3980,25 +3987,26 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     p_flange_inertia_zz = p[26]
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t15 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    t17 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
     # link 2 (arm2): rotation
     c_2 = _cos(q_2)
     # link 3 (quill): effort when joint 3 is accelerated
     m_3_3_b_y = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    t19 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    C_2_x1 = m_3_3_b_y + t19
+    C_2_x1 = J_2_x1 + m_3_3_b_y
     # link 2 (arm2): effort when joint 2 is accelerated
     m_2_2_f_y = c_2 * C_2_x1
     # solve: L D L^T
-    t28 = p_arm2_dh_a * C_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t29 = p_arm2_com_x * t19 + t28
+    t28 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t29 = p_arm2_dh_a * C_2_x1 + t28
     t30 = p_arm1_dh_a * m_2_2_f_y + t29
     t31 = 1.0 / t29
     t32 = t30 * t31
-    t38 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t15 + m_2_2_f_y)
-    t42 = p_arm1_com_x * t15 + (p_arm1_inertia_zz + t30 - t30 * t32)
+    t38 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t17 + m_2_2_f_y)
+    t42 = p_arm1_com_x * t17 + (p_arm1_inertia_zz + t30 - t30 * t32)
     t44 = 1.0 / (p_arm1_dh_a * t38 + t42)
     t45 = t32 * t44
     t46 = -t45
@@ -4166,9 +4174,9 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     a_2b_x = w_1_zz * -0.4
     a_2b_y = qdd_1 * 0.4
     # link 2 (arm2): acceleration
-    t28 = s_2 * a_2b_x - c_2 * a_2b_y
+    t29 = s_2 * a_2b_x - c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t29 = s_2 * w_1_zz + qdd_1 * c_2
+    t30 = s_2 * w_1_zz + qdd_1 * c_2
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
@@ -4176,46 +4184,46 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     # link 2 (arm2): angular acceleration
     alpha_2_z = qdd_1 + qdd_2
     # derivative: link 2 (arm2): Euler, inertial moment
-    t34 = t28 * 0.1
-    t36 = alpha_2_z * 0.010000000000000002
-    t41 = alpha_2_z - t28 * 5.0
+    t35 = t29 * 0.1
+    t37 = alpha_2_z * 0.010000000000000002
+    t42 = alpha_2_z - t29 * 5.0
     # link 3 (quill): acceleration of its joint
     a_3b_x = c_2 * a_2b_x + s_2 * a_2b_y - w_2_zz * 0.25
-    t47 = t28 - alpha_2_z * 0.25
+    t48 = t29 - alpha_2_z * 0.25
     # link 3 (quill): acceleration of its frame
     a_3_z = qdd_3 - 9.81
     # link 4 (flange): angular acceleration
     alpha_4_z = qdd_4 - alpha_2_z
     # derivative: link 3 (quill): moment, in frame 2
     t52 = alpha_2_z - qdd_4
-    t54 = t47 * -0.25
+    t54 = t48 * -0.25
     # link 2 (arm2): force from link 1
-    t60 = t47 * 1.5
+    t60 = t48 * 1.5
     f_2_y = alpha_2_z * 0.5 - t60
     # derivative: link 2 (arm2): moment from link 1
-    t66 = t41 + alpha_2_z * 0.375 - t60
-    t68 = t29 * 0.875
+    t66 = t42 + alpha_2_z * 0.375 - t60
+    t68 = t30 * 0.875
     # derivative: link 2 (arm2): force, before its turn
     t75 = s_2 * w_2_zz - c_2 * alpha_2_z
     # derivative: link 2 (arm2): moment, in frame 1
-    t88 = 0.4 * (s_2 * a_3b_x - c_2 * t47) - 0.25 * t47
+    t88 = 0.4 * (s_2 * a_3b_x - c_2 * t48) - 0.25 * t48
     # derivative: link 1 (arm1): moment from link 0
-    t94 = qdd_1 * 0.16000000000000003 - (t34 - t36) - t75 * 0.04000000000000001
-    t98 = t68 + qdd_1 * 6.8 - s_2 * (w_2_zz * 0.5 - a_3b_x * 1.5)
-    t101 = (s_2 * (c_2 * w_1_zz - qdd_1 * s_2) - c_2 * t29) * 0.6000000000000001
+    t93 = qdd_1 * 0.16000000000000003 - (t35 - t37) - 0.04000000000000001 * t75
+    t97 = t68 + qdd_1 * 6.8 - s_2 * (w_2_zz * 0.5 - a_3b_x * 1.5)
+    t100 = (s_2 * (c_2 * w_1_zz - qdd_1 * s_2) - c_2 * t30) * 0.6000000000000001
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
-    out[2 * S + k] = c_2 * f_2_y + t98 - t101
+    out[2 * S + k] = c_2 * f_2_y + t97 - t100
     out[3 * S + k] = t66 - t75 * 2.6
     out[4 * S + k] = 0.0
-    out[5 * S + k] = qdd_1 * 0.040000000000000015
-    out[6 * S + k] = qdd_1 * 2.8
+    out[5 * S + k] = qdd_1 * 0.04000000000000001
+    out[6 * S + k] = qdd_1 * 2.8000000000000003
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
     out[9 * S + k] = 0.0
     out[10 * S + k] = qdd_1
-    out[11 * S + k] = t94
-    out[12 * S + k] = t41 - t75 * 2.0
+    out[11 * S + k] = t93
+    out[12 * S + k] = t42 - t75 * 2.0
     out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
@@ -4241,8 +4249,8 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     out[35 * S + k] = 0.0
     out[36 * S + k] = 0.0
     out[37 * S + k] = 0.0
-    out[38 * S + k] = t36 - t34
-    out[39 * S + k] = t41
+    out[38 * S + k] = t37 - t35
+    out[39 * S + k] = t42
     out[40 * S + k] = 0.0
     out[41 * S + k] = 0.0
     out[42 * S + k] = 0.0
@@ -4453,23 +4461,24 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     t19 = p_arm2_dh_a + p_arm2_com_x
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * t19
+    # derivative: link 2 (arm2): base parameters
+    t23 = p_arm2_com_x * p_arm2_com_x + p_arm2_dh_a * (p_arm2_com_x + t19)
     # derivative: link 1 (arm1): base parameters
-    t21 = p_arm1_dh_a + p_arm1_com_x
-    t25 = p_arm1_mass * t21 * 2.0
+    t25 = p_arm1_dh_a + p_arm1_com_x
+    t28 = p_arm1_com_x * p_arm1_com_x + p_arm1_dh_a * (p_arm1_com_x + t25)
+    t31 = p_arm1_mass * t25 * 2.0
     # link 2 (arm2): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
-    # derivative: link 1 (arm1): Euler, inertial moment
-    t34 = p_arm1_com_x * p_arm1_com_x + p_arm1_dh_a * (p_arm1_com_x + t21)
     # link 2 (arm2): acceleration of its joint
-    t38 = p_arm1_dh_a * w_1_zz
+    t41 = p_arm1_dh_a * w_1_zz
     a_2b_y = qdd_1 * p_arm1_dh_a
     # link 2 (arm2): acceleration
-    a_2r_y = s_2 * t38 + c_2 * a_2b_y
+    a_2r_y = s_2 * t41 + c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t50 = s_2 * w_1_zz + qdd_1 * c_2
+    t53 = s_2 * w_1_zz + qdd_1 * c_2
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
@@ -4477,24 +4486,23 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     # link 2 (arm2): angular acceleration
     alpha_2_z = qdd_1 + qdd_2
     # derivative: link 2 (arm2): Newton, inertial force
-    t55 = p_arm2_mass * w_2_zz
+    t58 = p_arm2_mass * w_2_zz
     # link 2 (arm2): Newton, inertial force
     F_2_y = J_2_x1 * alpha_2_z
     # derivative: link 2 (arm2): Newton, inertial force
-    t57 = p_arm2_mass * alpha_2_z
+    t60 = p_arm2_mass * alpha_2_z
     # derivative: link 2 (arm2): Euler, inertial moment
-    t60 = p_arm2_com_x * p_arm2_com_x + p_arm2_dh_a * (p_arm2_com_x + t19)
-    t65 = alpha_2_z * t60 + t19 * a_2r_y
+    t65 = t23 * alpha_2_z + t19 * a_2r_y
     t67 = p_arm2_mass * a_2r_y + 2.0 * F_2_y
     # link 3 (quill): acceleration of its joint
-    t70 = p_arm2_dh_a * w_2_zz + (c_2 * t38 - s_2 * a_2b_y)
+    t70 = p_arm2_dh_a * w_2_zz + (c_2 * t41 - s_2 * a_2b_y)
     a_3b_y = a_2r_y + p_arm2_dh_a * alpha_2_z
     # link 3 (quill): acceleration of its frame
     a_3_z = qdd_3 - p_g
     # link 3 (quill): Newton, inertial force
     t76 = J_3_11 * a_3b_y
     # derivative: link 3 (quill): Newton, inertial force
-    t77 = J_3_11 * t50
+    t77 = J_3_11 * t53
     t78 = J_3_11 * alpha_2_z
     # link 4 (flange): angular acceleration
     alpha_4_z = qdd_4 - alpha_2_z
@@ -4505,29 +4513,29 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     f_2_y = F_2_y + t76
     # derivative: link 2 (arm2): moment from link 1
     t90 = p_arm2_dh_a * t78 + (t67 + t76)
-    t91 = J_2_x1 * t50 + p_arm2_dh_a * t77
+    t91 = J_2_x1 * t53 + p_arm2_dh_a * t77
     # derivative: link 2 (arm2): force, before its turn
     t110 = (c_2 * w_1_zz - qdd_1 * s_2) * (J_3_11 * s_2) - c_2 * t77
     # derivative: link 2 (arm2): moment, in frame 1
-    t112 = p_arm1_dh_a * (s_2 * (t55 + J_3_11 * w_2_zz) - c_2 * (t57 + t78))
+    t112 = p_arm1_dh_a * (s_2 * (t58 + J_3_11 * w_2_zz) - c_2 * (t60 + t78))
     t117 = t81 - p_arm1_dh_a * (s_2 * t70 - c_2 * a_3b_y)
     # derivative: link 1 (arm1): moment from link 0
     t119 = p_arm1_dh_a * (a_2b_y - t19 * (s_2 * w_2_zz - c_2 * alpha_2_z))
-    t121 = qdd_1 * (t25 + 2.0 * (p_arm1_dh_a * p_arm2_mass)) + t91
+    t121 = qdd_1 * (t31 + 2.0 * (p_arm1_dh_a * p_arm2_mass)) + t91
     t123 = c_2 * f_2_y + (t121 - s_2 * (J_2_x1 * w_2_zz + J_3_11 * t70))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = t123 - p_arm1_dh_a * t110
     out[3 * S + k] = t90 - t112
     out[4 * S + k] = 0.0
-    out[5 * S + k] = qdd_1 * t34
-    out[6 * S + k] = qdd_1 * t25
+    out[5 * S + k] = qdd_1 * t28
+    out[6 * S + k] = qdd_1 * t31
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
     out[9 * S + k] = 0.0
     out[10 * S + k] = qdd_1
     out[11 * S + k] = t65 + t119
-    out[12 * S + k] = t67 - p_arm1_dh_a * (s_2 * t55 - c_2 * t57)
+    out[12 * S + k] = t67 - p_arm1_dh_a * (s_2 * t58 - c_2 * t60)
     out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
@@ -4787,7 +4795,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t50 = u_4 + 0.875 * t21
     t51 = u_2 + t50
     t53 = (s_2 * (a_3b_x * 1.5 - t28) - 1.5 * (c_2 * t21)) * 0.4
-    t57 = 1.0 / (t46 + 2.12375)
+    t57 = 1.0 / (t46 + 2.1237500000000002)
     t58 = (t50 + (u_1 - t53) - t41 * t51) * t57
     # link 2 (arm2): acceleration of its joint
     a_2b_y = 0.4 * t58
@@ -4821,9 +4829,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t128 = t57 * (t93 - t100 * 2.6 - t41 * t93)
     t132 = t41 * t128 - 1.3445378151260503 * t93
     t134 = t57 * t58
-    t136 = t134 * -0.040000000000000015
+    t136 = t134 * -0.04000000000000001
     t137 = t41 * t136
-    t141 = t134 * -2.8
+    t141 = t134 * -2.8000000000000003
     t142 = t41 * t141
     t146 = t41 * t134
     t154 = t58 * 0.16000000000000003 - t77 - t100 * 0.04000000000000001
@@ -5159,6 +5167,7 @@ def state_derivative_parameter_jacobian_soa(x, u):
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     q_2 = x[1 * S + k]
+    q_4 = x[3 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
     u_1 = u[0 * S + k]
@@ -5173,145 +5182,159 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     p_arm1_inertia_zz = p[10]
     p_arm2_mass = p[11]
     p_arm2_com_x = p[12]
+    p_arm2_inertia_xx = p[14]
+    p_arm2_inertia_yy = p[15]
     p_arm2_inertia_zz = p[16]
     p_quill_mass = p[17]
+    p_quill_inertia_xx = p[19]
+    p_quill_inertia_yy = p[20]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
+    p_flange_inertia_xx = p[24]
+    p_flange_inertia_yy = p[25]
     p_flange_inertia_zz = p[26]
+    # link 4 (flange): base parameters
+    t26 = (p_flange_inertia_xx - p_flange_inertia_yy) * 0.5
+    t27 = p_flange_inertia_zz * 0.5
+    J_4_xx = t27 - t26
+    t29 = t26 + t27
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
+    # derivative: link 2 (arm2): base parameters
+    t31 = p_arm2_dh_a + p_arm2_com_x
     # link 2 (arm2): base parameters
-    t19 = p_arm2_mass * 0.5
-    t20 = p_arm2_dh_a * p_arm2_com_x
-    t22 = p_arm2_com_x * p_arm2_com_x
-    t24 = p_arm2_dh_a * p_arm2_mass
-    J_2_x1 = p_arm2_mass * p_arm2_com_x + t24
+    J_2_x1 = p_arm2_mass * t31
+    # derivative: link 1 (arm1): base parameters
+    t33 = p_arm1_dh_a + p_arm1_com_x
     # link 1 (arm1): base parameters
-    t27 = p_arm1_mass * 0.5
-    t28 = p_arm1_dh_a * p_arm1_mass
-    t30 = t28 + p_arm1_mass * p_arm1_com_x
-    t31 = p_arm1_dh_a * p_arm1_com_x
-    t33 = p_arm1_dh_a * p_arm1_dh_a
-    t35 = p_arm1_com_x * p_arm1_com_x
+    t34 = p_arm1_mass * t33
+    t35 = p_arm1_dh_a * p_arm1_dh_a
     # link 2 (arm2): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
+    # link 4 (flange): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 4 (flange): effort when joint 4 is accelerated
+    M_4_4 = J_4_xx + t29
+    # link 4 (flange): composite body, before its turn
+    t42 = c_4 * c_4
+    t44 = s_4 * s_4
     # link 3 (quill): effort when joint 3 is accelerated
     m_3_3_b_y = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
+    t50 = p_arm2_com_x * t31
     C_2_x1 = J_2_x1 + m_3_3_b_y
-    t44 = t19 * t22 + 0.5 * (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t55 = p_quill_inertia_xx + (p_arm2_inertia_xx - p_arm2_inertia_yy)
+    t57 = 0.5 * (t55 - p_quill_inertia_yy)
+    t61 = p_arm2_dh_a * C_2_x1 + (p_arm2_mass * t50 + (J_4_xx * t42 + t29 * t44))
+    t63 = 0.5 * (p_arm2_inertia_zz + p_quill_inertia_zz)
+    C_2_xx = t61 - t57 + t63
+    t67 = t57 + (t63 + (t29 * t42 + J_4_xx * t44))
     # link 2 (arm2): effort when joint 2 is accelerated
     m_2_2_f_y = c_2 * C_2_x1
+    t69 = p_arm1_dh_a * m_2_2_f_y
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
-    t52 = p_arm1_dh_a * w_1_zz
+    t75 = p_arm1_dh_a * w_1_zz
     # link 2 (arm2): acceleration
-    a_2r_y = s_2 * t52
+    a_2r_y = s_2 * t75
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
     w_2_zz = omega_2_z * omega_2_z
     # link 2 (arm2): Newton, inertial force
-    t57 = J_2_x1 * w_2_zz
+    t80 = J_2_x1 * w_2_zz
     # link 2 (arm2): Euler, inertial moment
     N_2_z = J_2_x1 * a_2r_y
     # link 3 (quill): acceleration of its joint
-    t60 = c_2 * t52 + p_arm2_dh_a * w_2_zz
+    t83 = c_2 * t75 + p_arm2_dh_a * w_2_zz
     # link 3 (quill): Newton, inertial force
     f_2_y = J_3_11 * a_2r_y
     # link 2 (arm2): moment, in frame 1
-    t69 = p_arm1_dh_a * (s_2 * (t57 + J_3_11 * t60) - c_2 * f_2_y)
+    t92 = p_arm1_dh_a * (s_2 * (t80 + J_3_11 * t83) - c_2 * f_2_y)
     # solve: L D L^T
-    t75 = p_arm2_mass * t20 + p_arm2_dh_a * C_2_x1 + t44 * 2.0
-    t76 = p_arm1_dh_a * m_2_2_f_y + t75
-    t77 = 1.0 / t75
-    t78 = t76 * t77
-    t82 = p_arm1_dh_a * (m_2_2_f_y + (t30 + p_arm1_dh_a * J_3_11))
-    t85 = p_arm2_mass * t33 + (p_arm1_inertia_zz + p_arm1_mass * t31)
-    t92 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
-    t93 = u_2 + t92
-    t98 = 1.0 / (t82 + (t76 + t85 - t76 * t78) + 2.0 * (t27 * t35))
-    t99 = (t92 + (u_1 + t69) - t78 * t93) * t98
-    t101 = 1.0 / J_3_11
-    t103 = 1.0 / p_flange_inertia_zz
-    # derivative: link 2 (arm2): base parameters
-    t105 = p_arm2_dh_a + p_arm2_com_x
-    # derivative: link 1 (arm1): Euler, inertial moment
-    t121 = p_arm1_dh_a * (p_arm1_dh_a + p_arm1_com_x) + (t31 + t35)
+    t96 = M_4_4 - C_2_xx - t67
+    t97 = t69 - t96
+    t98 = 1.0 / t96
+    t99 = t97 * t98
+    t101 = C_2_xx + t67
+    t106 = p_arm1_com_x * t33
+    t110 = p_arm1_dh_a * (t34 + (p_arm1_dh_a * J_3_11 + m_2_2_f_y))
+    t113 = t69 + (p_arm1_inertia_zz + p_arm2_mass * t35 - M_4_4)
+    t116 = c_2 * (c_2 * t101) + (s_2 * (s_2 * t101) + (t97 * t99 + t113))
+    t120 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
+    t121 = u_2 + t120
+    t126 = 1.0 / (t110 + (p_arm1_mass * t106 + t116))
+    t127 = (t99 * t121 + (t120 + (u_1 + t92))) * t126
+    t129 = 1.0 / J_3_11
+    t131 = 1.0 / M_4_4
     # link 2 (arm2): acceleration of its joint
-    a_2b_y = p_arm1_dh_a * t99
+    a_2b_y = p_arm1_dh_a * t127
     # link 2 (arm2): acceleration
-    t131 = a_2r_y + c_2 * a_2b_y
+    t148 = a_2r_y + c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t132 = s_2 * w_1_zz + c_2 * t99
+    t149 = s_2 * w_1_zz + c_2 * t127
     # link 2 (arm2): angular acceleration
-    alpha_2_z = t99 + t77 * t93 - t78 * t99
+    alpha_2_z = t99 * t127 + (t127 - t98 * t121)
     # derivative: link 2 (arm2): Newton, inertial force
-    t135 = p_arm2_mass * w_2_zz
+    t152 = p_arm2_mass * w_2_zz
     # link 2 (arm2): Newton, inertial force
     F_2_y = J_2_x1 * alpha_2_z
     # derivative: link 2 (arm2): Newton, inertial force
-    t137 = p_arm2_mass * alpha_2_z
+    t154 = p_arm2_mass * alpha_2_z
     # derivative: link 2 (arm2): Euler, inertial moment
-    t143 = p_arm2_mass * t131
-    t145 = alpha_2_z * (p_arm2_dh_a * t105 + (t20 + t22)) + t105 * t131
-    t146 = (t24 * 2.0 + p_arm2_com_x * t19 * 4.0) * alpha_2_z + t143
+    t159 = (t50 + p_arm2_dh_a * t31) * alpha_2_z + t31 * t148
+    t162 = p_arm2_mass * t148 + F_2_y * 2.0
     # link 3 (quill): acceleration of its joint
-    t147 = t60 - s_2 * a_2b_y
-    a_3b_y = t131 + p_arm2_dh_a * alpha_2_z
+    t163 = t83 - s_2 * a_2b_y
+    a_3b_y = t148 + p_arm2_dh_a * alpha_2_z
     # link 3 (quill): Newton, inertial force
-    t152 = J_3_11 * a_3b_y
+    t168 = J_3_11 * a_3b_y
     # derivative: link 3 (quill): Newton, inertial force
-    t153 = J_3_11 * t132
-    t154 = J_3_11 * alpha_2_z
+    t169 = J_3_11 * t149
+    t170 = J_3_11 * alpha_2_z
     # derivative: link 3 (quill): moment, in frame 2
-    t155 = p_arm2_dh_a * a_3b_y
+    t171 = p_arm2_dh_a * a_3b_y
     # derivative: link 2 (arm2): moment from link 1
-    t165 = p_arm2_dh_a * t154 + (t152 + (t143 + 2.0 * F_2_y))
+    t179 = p_arm2_dh_a * t170 + (t162 + t168)
     # derivative: link 2 (arm2): force, before its turn
-    t181 = s_2 * (t135 + J_3_11 * w_2_zz) - c_2 * (t137 + t154)
-    t183 = (c_2 * w_1_zz - s_2 * t99) * (J_3_11 * s_2) - c_2 * t153
+    t195 = s_2 * (t152 + J_3_11 * w_2_zz) - c_2 * (t154 + t170)
+    t197 = (c_2 * w_1_zz - s_2 * t127) * (J_3_11 * s_2) - c_2 * t169
     # derivative: link 2 (arm2): moment, in frame 1
-    t185 = (s_2 * w_2_zz - c_2 * alpha_2_z) * (p_arm1_dh_a * t105)
+    t199 = (s_2 * w_2_zz - c_2 * alpha_2_z) * (p_arm1_dh_a * t31)
     # derivative of effort
-    t190 = J_2_x1 * t132 + p_arm2_dh_a * t153
+    t204 = J_2_x1 * t149 + p_arm2_dh_a * t169
     # solve: L D L^T
-    t194 = p_arm1_dh_a * t183 + (s_2 * (t57 + J_3_11 * t147) - c_2 * (F_2_y + t152))
-    t198 = t78 * t190 + (t194 - t190) - 2.0 * (t99 * (t30 + p_arm1_dh_a * p_arm2_mass))
-    t199 = t98 * t198
-    t202 = t77 * t190 + t78 * t199
-    t208 = t98 * (t165 - p_arm1_dh_a * t181 - t78 * t165)
-    t210 = t77 * t165
-    t211 = t78 * t208
-    t215 = t98 * t99
-    t216 = t121 * t215
-    t218 = t78 * t216
-    t220 = (t28 * 2.0 + 4.0 * (p_arm1_com_x * t27)) * t215
-    t222 = t78 * t220
-    t225 = t78 * t215
-    t231 = t98 * (t33 * t99 + t145 - t185 - t78 * t145)
-    t233 = t77 * t145
-    t234 = t78 * t231
-    t240 = t146 - p_arm1_dh_a * (s_2 * t135 - c_2 * t137) - t78 * t146
-    t241 = t98 * t240
-    t243 = t77 * t146
-    t244 = t78 * t241
-    t250 = t98 * (alpha_2_z - t78 * alpha_2_z)
-    t251 = -t250
-    t252 = t77 * alpha_2_z
-    t253 = t78 * t250
-    t254 = t253 - t252
-    t256 = t253 - t250 - t252
-    t260 = t155 - p_arm1_dh_a * (s_2 * t147 - c_2 * a_3b_y) - t78 * t155
-    t261 = t98 * t260
-    t262 = -t261
-    t263 = t77 * t155
-    t264 = t101 * (p_g - (u_3 + J_3_11 * p_g) * t101)
-    t265 = t78 * t261
-    t266 = t265 - t263
-    t268 = t265 - t261 - t263
+    t208 = p_arm1_dh_a * t197 + (s_2 * (t80 + J_3_11 * t163) - c_2 * (F_2_y + t168))
+    t212 = t208 - t204 - t99 * t204 - 2.0 * (t127 * (t34 + p_arm1_dh_a * p_arm2_mass))
+    t213 = t126 * t212
+    t216 = t98 * t204 + t99 * t213
+    t221 = t126 * (t99 * t179 + (t179 - p_arm1_dh_a * t195))
+    t225 = t98 * t179 - t99 * t221
+    t227 = t126 * t127
+    t228 = (t106 + p_arm1_dh_a * t33) * t227
+    t230 = t99 * t228
+    t235 = t127 * (t34 * t126)
+    t238 = t235 * -2.0
+    t239 = t99 * (2.0 * t235)
+    t243 = t99 * t227
+    t251 = t126 * (t99 * t159 + (t35 * t127 + t159 - t199))
+    t255 = t98 * t159 - t99 * t251
+    t259 = t99 * t162 + (t162 - p_arm1_dh_a * (s_2 * t152 - c_2 * t154))
+    t260 = t126 * t259
+    t264 = t98 * t162 - t99 * t260
+    t268 = t126 * (alpha_2_z + t99 * alpha_2_z)
+    t269 = -t268
+    t272 = t98 * alpha_2_z - t99 * t268
+    t273 = t272 - t268
+    t277 = t99 * t171 + (t171 - p_arm1_dh_a * (s_2 * t163 - c_2 * a_3b_y))
+    t278 = t126 * t277
+    t279 = -t278
+    t281 = t129 * (p_g - (u_3 + J_3_11 * p_g) * t129)
+    t283 = t98 * t171 - t99 * t278
+    t284 = t283 - t278
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5422,54 +5445,54 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = t199
-    out[111 * S + k] = -t208
+    out[110 * S + k] = t213
+    out[111 * S + k] = -t221
     out[112 * S + k] = 0.0
-    out[113 * S + k] = -t216
-    out[114 * S + k] = -t220
+    out[113 * S + k] = -t228
+    out[114 * S + k] = t238
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -t215
-    out[119 * S + k] = -t231
-    out[120 * S + k] = -t241
+    out[118 * S + k] = -t227
+    out[119 * S + k] = -t251
+    out[120 * S + k] = -t260
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t251
-    out[125 * S + k] = t262
+    out[124 * S + k] = t269
+    out[125 * S + k] = t279
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t251
-    out[130 * S + k] = t262
+    out[129 * S + k] = t269
+    out[130 * S + k] = t279
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
     out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = -t202
-    out[138 * S + k] = t211 - t210
+    out[137 * S + k] = t216
+    out[138 * S + k] = t225
     out[139 * S + k] = 0.0
-    out[140 * S + k] = t218
-    out[141 * S + k] = t222
+    out[140 * S + k] = -t230
+    out[141 * S + k] = -t239
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = t225
-    out[146 * S + k] = t234 - t233
-    out[147 * S + k] = t244 - t243
+    out[145 * S + k] = -t243
+    out[146 * S + k] = t255
+    out[147 * S + k] = t264
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t254
-    out[152 * S + k] = t266
+    out[151 * S + k] = t272
+    out[152 * S + k] = t283
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t254
-    out[157 * S + k] = t266
+    out[156 * S + k] = t272
+    out[157 * S + k] = t283
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
@@ -5491,43 +5514,43 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t264
+    out[179 * S + k] = t281
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t264
+    out[184 * S + k] = t281
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = t199 - t202
-    out[192 * S + k] = t211 - t208 - t210
+    out[191 * S + k] = t213 + t216
+    out[192 * S + k] = t225 - t221
     out[193 * S + k] = 0.0
-    out[194 * S + k] = t218 - t216
-    out[195 * S + k] = t222 - t220
+    out[194 * S + k] = -(t228 + t230)
+    out[195 * S + k] = t238 - t239
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = t225 - t215
-    out[200 * S + k] = t234 - t231 - t233
-    out[201 * S + k] = t244 - t241 - t243
+    out[199 * S + k] = -(t227 + t243)
+    out[200 * S + k] = t255 - t251
+    out[201 * S + k] = t264 - t260
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = t256
-    out[206 * S + k] = t268
+    out[205 * S + k] = t273
+    out[206 * S + k] = t284
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = t256
-    out[211 * S + k] = t268
+    out[210 * S + k] = t273
+    out[211 * S + k] = t284
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
-    out[215 * S + k] = -(u_4 * (t103 * t103))
+    out[215 * S + k] = -(u_4 * (t131 * t131))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

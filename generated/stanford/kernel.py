@@ -201,7 +201,7 @@ def _inverse_dynamics(q, qd, qdd, out, k, S):
     t173 = (c_4 * t85 - s_4 * a_4b_x) * 0.079443 + t135 * 0.0268661283
     t177 = s_6 * N_6_y + (t173 - (t101 - t130) * 1.0697399999999999e-05)
     t178 = t177 - c_6 * N_6_x
-    t182 = t129 * 1.0697399999999999e-05 - (t123 + alpha_5_y) * 0.0013000000000000002
+    t182 = t129 * 1.0697399999999999e-05 - (t123 + alpha_5_y) * 0.0013
     n_5_y = t182 - N_6_z
     t186 = U_5r_x * 1.0697399999999999e-05 - (s_5 * a_4b_z - c_5 * t90) * 0.079443
     t192 = t186 + t122 * 0.0281661283 + alpha_5_z * 0.0255661283
@@ -211,10 +211,10 @@ def _inverse_dynamics(q, qd, qdd, out, k, S):
     t209 = t101 * 0.029825999999999995 - t135 * 0.079443
     t212 = s_5 * F_5_x + (c_5 * F_5_y + t105 * 0.029825999999999995)
     # link 4 (wrist_roll): moment from link 3
-    t216 = a_4b_z * 0.029825999999999995 - t105 * 0.004349735599999999
+    t216 = a_4b_z * 0.029825999999999995 - t105 * 0.0043497356
     n_4_x = t216 - (t40 - t101) * 5.36544e-05 - s_5 * n_5_y - c_5 * t178
     t223 = t100 * 5.36544e-05 - n_5_z
-    t228 = U_4r_x * 5.36544e-05 + t90 * 0.029825999999999995 - t100 * 0.004349735599999999
+    t228 = U_4r_x * 5.36544e-05 + t90 * 0.029825999999999995 - t100 * 0.0043497356
     t230 = c_5 * n_5_y + t228 - s_5 * t178
     # link 4 (wrist_roll): force, before its turn
     t235 = s_4 * t206 + c_4 * t209
@@ -231,7 +231,7 @@ def _inverse_dynamics(q, qd, qdd, out, k, S):
     t277 = c_4 * t223 + (t272 - 0.0203 * t212 - s_4 * n_4_x) - q_3 * f_3_x
     t281 = t39 * 0.055823193300000004 + (t35 - t38) * 0.007999999999999896
     n_2_y = t230 + (t281 + t62 * 0.13134099999999999) + 0.0203 * t235
-    t295 = qdd_1 * 1.4339328643999998 - 0.154 * (c_2 * t255 + s_2 * f_3_z)
+    t295 = qdd_1 * 1.4339328644 - 0.154 * (c_2 * t255 + s_2 * f_3_z)
     t301 = qdd_2 * 6.488553293700001 - U_3_yx * 0.055823193300000004
     t306 = t301 - w_2_xy * 4.279553293700001 + t62 * 2.7499110000000004
     out[0 * S + k] = s_2 * t277 + (t295 - c_2 * n_2_y)
@@ -424,47 +424,46 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     J_6_yy = t58 + t61
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t65 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t66 = p_wrist_bend_mass * 0.5
-    t67 = t65 * t66
-    t68 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t73 = t66 * t68 + p_wrist_bend_inertia_yy * 0.5
-    t75 = t66 * (t65 + t68) + p_wrist_bend_inertia_xx * 0.5
-    t77 = t67 + t73 - t75
-    t78 = t67 - t73
-    t82 = t75 + (p_hand_com_z * J_6_z1 + (t58 - t61)) - t78
+    t65 = p_wrist_bend_inertia_yy * 0.5
+    t66 = p_wrist_bend_inertia_xx * 0.5
+    t67 = t65 - t66
+    t68 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t73 = t66 + (t65 + (p_hand_com_z * J_6_z1 + (t58 - t61)))
+    t74 = p_wrist_bend_com_z * t68 + t73
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t84 = p_wrist_bend_com_z * J_5_z1
-    t86 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t76 = p_wrist_bend_com_z * J_5_z1
+    t77 = J_6_z1 + t68
     # link 4 (wrist_roll): base parameters
-    t87 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t88 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t90 = p_wrist_roll_mass * 0.5
-    t95 = (t87 + t88) * t90 + p_wrist_roll_inertia_xx * 0.5
-    t97 = t88 * t90 + p_wrist_roll_inertia_yy * 0.5
-    t98 = t95 - t97
-    t100 = t87 * t90 + p_wrist_roll_inertia_zz * 0.5
-    t101 = t98 - t100
-    J_4_yy = t97 + (t95 + (t75 + t78)) - t100
-    t106 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t107 = p_wrist_roll_com_z * t106
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t79 = p_wrist_roll_inertia_yy * 0.5
+    t80 = p_wrist_roll_inertia_xx * 0.5
+    t81 = t79 - t80
+    t82 = p_wrist_roll_inertia_zz * 0.5
+    t83 = t81 + t82
+    t84 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t89 = t82 + (t67 - p_wrist_bend_com_y * J_5_z1 - t79 - t80)
+    t90 = t89 - p_wrist_roll_com_z * t84
+    t91 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t92 = p_wrist_roll_com_z * t91
+    J_4_y1 = J_5_z1 + t84
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t113 = p_boom_dh_a * p_boom_mass
-    t115 = p_boom_dh_a * t106 - p_boom_com_z * t113
-    J_3_x1 = t113 + p_boom_dh_a * J_4_11
-    t118 = p_boom_mass * p_boom_com_z
-    t120 = t106 - t118
+    t98 = p_boom_dh_a * p_boom_mass
+    t100 = p_boom_dh_a * t91 - p_boom_com_z * t98
+    J_3_x1 = t98 + p_boom_dh_a * J_4_11
+    t103 = p_boom_mass * p_boom_com_z
+    t105 = t91 - t103
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t123 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
-    t126 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t127 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
-    t128 = t126 - t127
-    J_2_xx = t123 + t128
-    t134 = t127 + (t126 + (p_boom_com_z * t118 + (t98 + t100) - t123))
+    t109 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t111 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    t112 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t114 = t109 - t111 - t112
+    t115 = t111 - t112
+    t118 = t81 - t82 - p_wrist_roll_com_y * t91 - p_boom_com_z * t103
+    t120 = t115 + (t118 - t109)
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t125 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -480,125 +479,123 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 1 (shoulder_pan): Euler, inertial moment
-    t148 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t153 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t139 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t155 = qd_1 * s_2
-    t156 = qd_1 * c_2
+    t141 = qd_1 * s_2
+    t142 = qd_1 * c_2
     # link 2 (shoulder_tilt): acceleration field U along the axis
     U_3_yx = qdd_1 * c_2
     U_2r_y = qdd_1 * s_2
     # link 2 (shoulder_tilt): acceleration of its joint
-    t159 = qdd_1 * p_shoulder_tilt_dh_d
+    t145 = qdd_1 * p_shoulder_tilt_dh_d
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t155 * t156
-    t166 = qd_2 * t155
-    w_2_xx = t155 * t155
+    w_2_xy = t141 * t142
+    t152 = qd_2 * t141
+    w_2_xx = t141 * t141
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): angular acceleration
-    t169 = U_3_yx - t166
+    t155 = U_3_yx - t152
     # link 2 (shoulder_tilt): acceleration field U
-    t170 = qdd_2 - w_2_xy
-    t171 = w_2_xx + w_2_zz
-    t175 = U_2r_y + 2.0 * (qd_2 * t156)
+    t156 = qdd_2 - w_2_xy
+    t157 = w_2_xx + w_2_zz
+    t161 = U_2r_y + 2.0 * (qd_2 * t142)
     # link 3 (boom): acceleration of its frame
-    a_3_x = p_shoulder_tilt_dh_d * w_1_zz - q_3 * t175 - 2.0 * (qd_3 * t155)
-    t195 = c_2 * t159 + p_g * s_2 - q_3 * t170 - 2.0 * (qd_2 * qd_3)
-    a_3_z = p_g * c_2 + (qdd_3 - s_2 * t159) - q_3 * t171
+    a_3_x = p_shoulder_tilt_dh_d * w_1_zz - q_3 * t161 - 2.0 * (qd_3 * t141)
+    t181 = c_2 * t145 + p_g * s_2 - q_3 * t156 - 2.0 * (qd_2 * qd_3)
+    a_3_z = p_g * c_2 + (qdd_3 - s_2 * t145) - q_3 * t157
     # link 3 (boom): products of angular velocity
-    w_3_zz = t156 * t156
+    w_3_zz = t142 * t142
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t171 - w_3_zz
+    U_3_xx = w_2_zz - t157 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t217 = s_4 * t155 + qd_2 * c_4
-    omega_4r_y = qd_2 * s_4 - c_4 * t155
+    t203 = s_4 * t141 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t141
     # link 4 (wrist_roll): acceleration field U along the axis
-    U_4r_x = s_4 * t170 - c_4 * t175
+    U_4r_x = s_4 * t156 - c_4 * t161
     # link 4 (wrist_roll): acceleration of its joint
     a_4b_x = a_3_x + p_boom_dh_a * U_3_xx
-    t229 = t195 - p_boom_dh_a * U_3_yx
+    t215 = t181 - p_boom_dh_a * U_3_yx
     a_4b_z = a_3_z + p_boom_dh_a * U_2r_y
     # link 4 (wrist_roll): acceleration
-    t234 = s_4 * t229 - c_4 * a_4b_x
+    t220 = s_4 * t215 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t156
+    omega_4_z = qd_4 + t142
     # link 4 (wrist_roll): products of angular velocity
-    t239 = t217 * omega_4r_y
-    t240 = t217 * omega_4_z
-    w_4_xx = t217 * t217
+    t225 = t203 * omega_4r_y
+    t226 = t203 * omega_4_z
+    w_4_xx = t203 * t203
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    alpha_4_y = U_4r_x + t240
-    alpha_4_z = qdd_4 + t169
+    alpha_4_y = U_4r_x + t226
+    alpha_4_z = qdd_4 + t155
     # link 4 (wrist_roll): acceleration field U
-    t245 = t239 + alpha_4_z
-    t246 = w_4_xx + w_4_zz
-    t251 = c_4 * t170 + s_4 * t175 - 2.0 * (omega_4r_y * omega_4_z)
+    t231 = t225 + alpha_4_z
+    t232 = w_4_xx + w_4_zz
+    t237 = c_4 * t156 + s_4 * t161 - 2.0 * (omega_4r_y * omega_4_z)
     # link 5 (wrist_bend): angular velocity of link 4
-    t269 = s_5 * omega_4_z + c_5 * t217
-    omega_5r_y = s_5 * t217 - c_5 * omega_4_z
+    t255 = s_5 * omega_4_z + c_5 * t203
+    omega_5r_y = s_5 * t203 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    U_5r_x = s_5 * t251 - c_5 * t245
+    U_5r_x = s_5 * t237 - c_5 * t231
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t282 = t269 * omega_5r_y
-    t283 = t269 * omega_5_z
-    w_5_xx = t269 * t269
+    t268 = t255 * omega_5r_y
+    t269 = t255 * omega_5_z
+    w_5_xx = t255 * t255
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): angular acceleration
-    alpha_5_y = U_5r_x + t283
+    alpha_5_y = U_5r_x + t269
     alpha_5_z = qdd_5 + alpha_4_y
     # link 5 (wrist_bend): acceleration field U
-    t288 = t282 + alpha_5_z
-    t289 = w_5_xx + w_5_zz
-    t294 = c_5 * t251 + s_5 * t245 - 2.0 * (omega_5r_y * omega_5_z)
+    t274 = t268 + alpha_5_z
+    t275 = w_5_xx + w_5_zz
+    t280 = c_5 * t237 + s_5 * t231 - 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_x = t86 * t288
-    F_5_y = t86 * t289
-    F_5_z = t86 * t294
+    F_5_x = t77 * t274
+    F_5_y = t77 * t275
+    F_5_z = t77 * t280
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t269
-    omega_6r_y = s_6 * t269 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t255
+    omega_6r_y = s_6 * t255 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): angular acceleration
     alpha_6_z = qdd_6 - alpha_5_y
     # link 6 (hand): acceleration field U
-    t325 = s_6 * t294 + c_6 * t288 - 2.0 * (omega_6r_x * omega_6_z)
-    t329 = c_6 * t294 - s_6 * t288 - 2.0 * (omega_6r_y * omega_6_z)
+    t311 = s_6 * t280 + c_6 * t274 - 2.0 * (omega_6r_x * omega_6_z)
+    t315 = c_6 * t280 - s_6 * t274 - 2.0 * (omega_6r_y * omega_6_z)
     # link 6 (hand): Euler, inertial moment
-    t330 = J_6_yy * t329
-    t331 = t60 * t325
-    t337 = (t60 - J_6_yy) * (omega_6r_x * omega_6r_y) + alpha_6_z * (t60 + J_6_yy)
+    t316 = J_6_yy * t315
+    t317 = t60 * t311
+    t323 = (t60 - J_6_yy) * (omega_6r_x * omega_6r_y) + alpha_6_z * (t60 + J_6_yy)
     # link 5 (wrist_bend): moment from link 4
-    t343 = t86 * (c_4 * t229 + s_4 * a_4b_x) + (t84 * (t246 - t289) - t82 * t294)
-    n_5_x = t343 - s_6 * t331 - c_6 * t330
-    n_5_y = t84 * t288 + t77 * (t283 + alpha_5_y) - t337
-    t349 = alpha_5_z * (t77 + t82) + (t84 * U_5r_x - t86 * (s_5 * a_4b_z + c_5 * t234))
-    n_5_z = c_6 * t331 + (t349 - t282 * (t77 - t82)) - s_6 * t330
+    t329 = t77 * (c_4 * t215 + s_4 * a_4b_x) + (t76 * (t232 - t275) - t74 * t280)
+    n_5_x = t329 - s_6 * t317 - c_6 * t316
+    n_5_y = t76 * t274 + t67 * (t269 + alpha_5_y) - t323
+    t335 = alpha_5_z * (t67 + t74) + (t76 * U_5r_x - t77 * (s_5 * a_4b_z + c_5 * t220))
+    n_5_z = c_6 * t317 + (t335 - t268 * (t67 - t74)) - s_6 * t316
     # link 4 (wrist_roll): force from link 3
-    t362 = J_4_y1 * t245 + s_5 * F_5_y - c_5 * F_5_x
-    t363 = J_4_y1 * t246 - F_5_z
-    t365 = s_5 * F_5_x + (J_4_y1 * t251 + c_5 * F_5_y)
+    t348 = J_4_y1 * t231 + s_5 * F_5_y - c_5 * F_5_x
+    t349 = J_4_y1 * t232 - F_5_z
+    t351 = s_5 * F_5_x + (J_4_y1 * t237 + c_5 * F_5_y)
     # link 4 (wrist_roll): moment from link 3
-    t367 = t107 * (t171 - t246) + J_4_y1 * a_4b_z - J_4_yy * t251
-    n_4_x = c_5 * n_5_x + (t367 - s_5 * n_5_y)
-    t371 = t101 * (t240 + alpha_4_y) - t107 * t245 - n_5_z
-    t373 = alpha_4_z * (t101 - J_4_yy) - t107 * U_4r_x - t239 * (t101 + J_4_yy)
-    t376 = s_5 * n_5_x + (c_5 * n_5_y + (t373 - J_4_y1 * t234))
+    t353 = t90 * t237 + (t92 * (t157 - t232) + J_4_y1 * a_4b_z)
+    n_4_x = c_5 * n_5_x + (t353 - s_5 * n_5_y)
+    t357 = n_5_z + (t83 * (t226 + alpha_4_y) + t92 * t231)
+    t359 = alpha_4_z * (t83 - t90) + t92 * U_4r_x - t225 * (t83 + t90)
+    t362 = J_4_y1 * t220 + t359 - c_5 * n_5_y - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
-    t381 = s_4 * t362 + c_4 * t363
+    t367 = s_4 * t348 + c_4 * t349
     # link 3 (boom): force from link 2
-    t390 = t120 * t175 + (J_3_11 * a_3_x + J_3_x1 * U_3_xx) - c_4 * t362
-    f_3_x = s_4 * t363 + t390
-    t394 = t381 + (J_3_11 * t195 + (t120 * t170 - J_3_x1 * U_3_yx))
-    f_3_z = J_3_11 * a_3_z + (t120 * t171 + J_3_x1 * U_2r_y) - t365
+    t376 = t105 * t161 + (J_3_11 * a_3_x + J_3_x1 * U_3_xx) - c_4 * t348
+    f_3_x = s_4 * t349 + t376
+    t380 = t367 + (J_3_11 * t181 + (t105 * t156 - J_3_x1 * U_3_yx))
+    f_3_z = J_3_11 * a_3_z + (t105 * t157 + J_3_x1 * U_2r_y) - t351
     # link 2 (shoulder_tilt): moment from link 1
-    t401 = t120 * a_3_x + (t134 * t175 - t115 * (w_1_zz - t171))
-    t405 = c_4 * t371 + (J_3_x1 * a_3_z + t401 - s_4 * n_4_x) - p_boom_dh_a * t365
-    t408 = J_3_x1 * t195 + (J_2_xx * (t166 - t169) + t115 * t170)
-    n_2_y = p_boom_dh_a * t381 + (t376 + t408)
+    t387 = t120 * t161 + t100 * (w_1_zz - t157) - t105 * a_3_x
+    t390 = c_4 * t357 + (s_4 * n_4_x + (t387 - J_3_x1 * a_3_z))
+    t395 = t362 + (t114 * (t152 - t155) - t100 * t156 - J_3_x1 * t181)
     # added inertia at boom
     added_inertia_boom_3 = qdd_3 * p_boom_added_inertia_inertia
     # added inertia at wrist_roll
@@ -607,20 +604,21 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     added_inertia_wrist_bend_5 = qdd_5 * p_wrist_bend_added_inertia_inertia
     # added inertia at hand
     added_inertia_hand_6 = qdd_6 * p_hand_added_inertia_inertia
-    t421 = p_shoulder_pan_inertia_yy + p_shoulder_pan_added_inertia_inertia
-    t424 = p_shoulder_tilt_com_y * J_2_z1 + (t123 + t421 - t128)
-    t426 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t148 + t424)
-    t430 = p_shoulder_tilt_dh_d * (c_2 * t394 - s_2 * f_3_z) + (s_2 * (t405 - q_3 * f_3_x) - c_2 * n_2_y)
-    t431 = qdd_1 * (p_shoulder_tilt_dh_d * t153 + t426) + t430
-    t433 = t134 + (p_shoulder_tilt_added_inertia_inertia + J_2_xx)
-    t436 = t120 * t195 + (w_2_xy * (J_2_xx - t134) - t115 * U_3_yx)
-    t440 = qdd_2 * t433 + (t436 - c_4 * n_4_x - s_4 * t371 - q_3 * t394)
-    out[0 * S + k] = t431
-    out[1 * S + k] = t440
+    t407 = p_shoulder_pan_inertia_yy + p_shoulder_pan_added_inertia_inertia
+    t410 = p_shoulder_tilt_com_y * J_2_z1 + (t115 + (t109 + t407))
+    t412 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t125 + t410)
+    t415 = c_2 * (t395 - p_boom_dh_a * t367) - s_2 * (q_3 * f_3_x + (p_boom_dh_a * t351 + t390))
+    t416 = p_shoulder_tilt_dh_d * (c_2 * t380 - s_2 * f_3_z) + t415
+    t417 = qdd_1 * (p_shoulder_tilt_dh_d * t139 + t412) + t416
+    t419 = p_shoulder_tilt_added_inertia_inertia - t114 - t120
+    t422 = t105 * t181 - w_2_xy * (t114 - t120) - t100 * U_3_yx
+    t426 = qdd_2 * t419 + (s_4 * t357 + (t422 - c_4 * n_4_x) - q_3 * t380)
+    out[0 * S + k] = t417
+    out[1 * S + k] = t426
     out[2 * S + k] = f_3_z + added_inertia_boom_3
-    out[3 * S + k] = added_inertia_wrist_roll_4 - t376
+    out[3 * S + k] = t362 + added_inertia_wrist_roll_4
     out[4 * S + k] = n_5_z + added_inertia_wrist_bend_5
-    out[5 * S + k] = t337 + added_inertia_hand_6
+    out[5 * S + k] = t323 + added_inertia_hand_6
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -802,13 +800,13 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     # link 5 (wrist_bend): composite body, before its turn
     t55 = c_5 * c_5
     t56 = s_5 * s_5
-    t61 = t55 * 0.0011500000000000002 - t56 * 0.0268661283
-    t64 = c_5 * s_5 * 0.028016128300000002
+    t61 = t55 * 0.00115 - t56 * 0.0268661283
+    t64 = c_5 * s_5 * 0.0280161283
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
     t67 = C_5t_yz - 5.36544e-05
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t69 = t61 - 0.004499735599999999
+    t69 = t61 - 0.0044997356
     C_4t_y1 = s_4 * m_5_5_f_y + c_4 * 0.029825999999999995
     t76 = s_4 * 0.029825999999999995 - c_4 * m_5_5_f_y
     t79 = s_4 * t67 + c_4 * t64
@@ -818,7 +816,7 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     t86 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
     t87 = c_4 * C_5t_xz
-    t89 = s_4 * 0.004499735599999999 - t87
+    t89 = s_4 * 0.0044997356 - t87
     t92 = s_4 * C_5t_xz
     t93 = c_4 * t61 + t92
     # link 3 (boom): composite body
@@ -826,10 +824,10 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     t107 = t76 - 0.13134099999999999
     C_3_z1 = m_5_5_f_x - 2.7499110000000004
     # link 2 (shoulder_tilt): composite body
-    t110 = s_4 * (t87 - s_4 * t61) + c_4 * (t92 + c_4 * 0.004499735599999999)
+    t110 = s_4 * (t87 - s_4 * t61) + c_4 * (t92 + c_4 * 0.0044997356)
     C_2_xx = t110 + 0.007999999999999896
     t115 = C_3_z1 + q_3 * 6.470000000000001
-    t121 = q_3 * (C_3_z1 + t115) + (t55 * 0.0268661283 - t56 * 0.0011500000000000002)
+    t121 = q_3 * (C_3_z1 + t115) + (t55 * 0.0268661283 - t56 * 0.00115)
     C_2_yy = t121 + 4.287553293700001
     C_2_yz = t79 + c_5 * 0.0016126928999999999 - q_3 * t107 - 0.055823193300000004
     # link 1 (shoulder_pan): composite body
@@ -915,8 +913,7 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     t280 = t277 + 1.0697399999999999e-05 * (t211 - t237) - s_6 * N_6_y
     n_5_x = c_6 * N_6_x + t280
     t282 = 0.0002999999999999999 * alpha_6_z
-    t286 = 1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013000000000000002
-    t287 = t282 + t286
+    t287 = t282 + (1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013)
     t291 = t209 * 0.0255661283 + 1.0697399999999999e-05 * t225
     t296 = t291 + 0.079443 * (s_5 * a_3_z + c_5 * t200) - t232 * 0.0281661283
     t298 = t296 - c_6 * N_6_y - s_6 * N_6_x
@@ -925,10 +922,10 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     t312 = 0.029825999999999995 * t211 + 0.079443 * U_5_zy
     f_4_z = 0.029825999999999995 * U_4_zy - c_5 * F_5_y - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t319 = 0.029825999999999995 * a_3_z + U_4_zy * 0.004349735599999999
+    t319 = 0.029825999999999995 * a_3_z + U_4_zy * 0.0043497356
     n_4_x = c_5 * n_5_x + (s_5 * t287 + (t319 - 5.36544e-05 * (t161 - t211)))
     n_4_y = 5.36544e-05 * U_4_xy - t298
-    t330 = 5.36544e-05 * t193 + 0.029825999999999995 * t200 - U_4_xy * 0.004349735599999999
+    t330 = 5.36544e-05 * t193 + 0.029825999999999995 * t200 - U_4_xy * 0.0043497356
     t332 = c_5 * t287 + t330 - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
     f_4t_y = s_4 * f_4_x - c_4 * t312
@@ -980,7 +977,7 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     t485 = c_2 * (t86 - c_2 * C_2_xx) + (c_4 * t93 + (t76 * 0.0406 - s_4 * t89))
     t487 = t146 * t396 + (t485 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x))
     t490 = m_2_5_b_z * t406 + t487 - t425 * t440 - t449 * t458
-    t495 = t468 * t478 + t490 - 0.154 * (t107 + t143) - 1.4339328643999998
+    t495 = t468 * t478 + t490 - 0.154 * (t107 + t143) - 1.4339328644
     t505 = t392 * t411 + (t332 - tau_4 - t394 * t399)
     t511 = t392 * t409 + (f_3_z - tau_3) - t442 * t505
     t517 = w_2_xy * 4.279553293700001 - 2.7499110000000004 * t179
@@ -1184,47 +1181,46 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     J_6_yy = t37 + t42
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t46 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t47 = p_wrist_bend_mass * 0.5
-    t48 = t46 * t47
-    t49 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t54 = t47 * t49 + p_wrist_bend_inertia_yy * 0.5
-    t56 = t47 * (t46 + t49) + p_wrist_bend_inertia_xx * 0.5
-    t58 = t48 + t54 - t56
-    t59 = t48 - t54
-    t63 = t56 + (p_hand_com_z * J_6_z1 + (t37 - t42)) - t59
+    t46 = p_wrist_bend_inertia_xx * 0.5
+    t47 = p_wrist_bend_inertia_yy * 0.5
+    t48 = t46 - t47
+    t49 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t54 = t47 + (t46 + (p_hand_com_z * J_6_z1 + (t37 - t42)))
+    t55 = p_wrist_bend_com_z * t49 + t54
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t65 = p_wrist_bend_com_z * J_5_z1
-    t67 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t57 = p_wrist_bend_com_z * J_5_z1
+    t58 = J_6_z1 + t49
     # link 4 (wrist_roll): base parameters
-    t68 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t69 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t71 = p_wrist_roll_mass * 0.5
-    t76 = (t68 + t69) * t71 + p_wrist_roll_inertia_xx * 0.5
-    t78 = t69 * t71 + p_wrist_roll_inertia_yy * 0.5
-    t79 = t76 - t78
-    t81 = t68 * t71 + p_wrist_roll_inertia_zz * 0.5
-    t82 = t79 - t81
-    J_4_yy = t78 + (t76 + (t56 + t59)) - t81
-    t87 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t88 = p_wrist_roll_com_z * t87
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t60 = p_wrist_roll_inertia_xx * 0.5
+    t61 = p_wrist_roll_inertia_yy * 0.5
+    t62 = t60 - t61
+    t63 = p_wrist_roll_inertia_zz * 0.5
+    t64 = t62 - t63
+    t65 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t70 = t61 + (t60 + (t48 + p_wrist_bend_com_y * J_5_z1)) - t63
+    t71 = p_wrist_roll_com_z * t65 + t70
+    t72 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t73 = p_wrist_roll_com_z * t72
+    J_4_y1 = J_5_z1 + t65
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t94 = p_boom_dh_a * p_boom_mass
-    t96 = p_boom_dh_a * t87 - p_boom_com_z * t94
-    J_3_x1 = t94 + p_boom_dh_a * J_4_11
-    t99 = p_boom_mass * p_boom_com_z
-    t101 = t87 - t99
+    t79 = p_boom_dh_a * p_boom_mass
+    t81 = p_boom_dh_a * t72 - p_boom_com_z * t79
+    J_3_x1 = t79 + p_boom_dh_a * J_4_11
+    t84 = p_boom_mass * p_boom_com_z
+    t86 = t72 - t84
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t104 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
-    t106 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
-    t108 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t109 = t106 - t108
-    J_2_xx = t104 - t109
-    t115 = t108 + (t106 + (p_boom_com_z * t99 + (t79 + t81) - t104))
+    t89 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t91 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t93 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    J_2_xx = t93 + (t89 - t91)
+    t96 = t89 - t93
+    t99 = p_boom_com_z * t84 + (p_wrist_roll_com_y * t72 + (t62 + t63))
+    t101 = t96 + (t91 + t99)
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t106 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -1238,248 +1234,247 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     c_6 = _cos(q_6)
     s_6 = _sin(q_6)
     # link 6 (hand): effort when joint 6 is accelerated
-    t127 = t41 - J_6_yy
+    t115 = t41 - J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
-    t128 = s_5 * t127
-    t129 = c_5 * t127
+    t116 = s_5 * t115
+    t117 = c_5 * t115
     # link 4 (wrist_roll): effort when joint 6 is accelerated
-    t130 = c_4 * t128
+    t118 = c_4 * t116
     # link 6 (hand): composite body, before its turn
-    t134 = s_6 * s_6
-    t136 = c_6 * c_6
+    t122 = s_6 * s_6
+    t124 = c_6 * c_6
     # link 6 (hand): Euler, inertial moment
-    t138 = t41 + J_6_yy
+    t126 = t41 + J_6_yy
     # link 6 (hand): composite body, before its turn
-    t140 = t138 * (c_6 * s_6)
+    t128 = t126 * (c_6 * s_6)
     # link 5 (wrist_bend): composite body
-    t144 = t58 + J_6_yy * t134 - t41 * t136
+    t132 = t41 * t124 + (t48 - J_6_yy * t122)
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t145 = t63 + t144
-    m_5_5_f_x = t67 * c_5
-    m_5_5_f_y = t67 * s_5
-    C_5t_xz = t65 * s_5 - c_5 * t140
-    t153 = s_5 * t140 + t65 * c_5
+    t133 = t55 - t132
+    m_5_5_f_x = t58 * c_5
+    m_5_5_f_y = t58 * s_5
+    C_5t_xz = t57 * s_5 - c_5 * t128
+    t141 = s_5 * t128 + t57 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t156 = c_4 * C_5t_xz
-    t157 = s_4 * C_5t_xz
+    t144 = c_4 * C_5t_xz
+    t145 = s_4 * C_5t_xz
     # link 3 (boom): effort when joint 5 is accelerated
-    t165 = t157 - p_boom_dh_a * m_5_5_f_y - c_4 * (t145 + q_3 * m_5_5_f_x)
-    t168 = q_3 * m_4_5_f_y + (s_4 * t145 + t156)
+    t153 = t145 - p_boom_dh_a * m_5_5_f_y - c_4 * (t133 + q_3 * m_5_5_f_x)
+    t156 = q_3 * m_4_5_f_y + (s_4 * t133 + t144)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t174 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    t175 = s_2 * t165 - c_2 * (t153 - p_boom_dh_a * m_4_5_f_y)
-    m_2_5_b_z = t174 + t175
+    t162 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    t163 = s_2 * t153 - c_2 * (t141 - p_boom_dh_a * m_4_5_f_y)
+    m_2_5_b_z = t162 + t163
     # link 5 (wrist_bend): composite body, before its turn
-    t177 = c_5 * c_5
-    t179 = s_5 * s_5
-    t183 = (t63 - t144) * (c_5 * s_5)
+    t165 = c_5 * c_5
+    t167 = s_5 * s_5
+    t171 = (t55 + t132) * (c_5 * s_5)
     # link 4 (wrist_roll): composite body
-    t187 = t82 - t144 * t177 - t63 * t179
-    C_4_yy = J_6_yy * t136 + (J_4_yy - t41 * t134)
-    t190 = t88 - t153
+    t175 = t64 + t132 * t165 - t55 * t167
+    t177 = J_6_yy * t124 + (t71 - t41 * t122)
+    t178 = t73 - t141
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t191 = t187 - C_4_yy
+    t179 = t175 - t177
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t200 = s_4 * t190 + c_4 * t183
-    t203 = p_boom_dh_a * m_4_4_f_y
+    t188 = s_4 * t178 + c_4 * t171
+    t191 = p_boom_dh_a * m_4_4_f_y
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t190 - s_4 * t183 - q_3 * C_4t_y1
+    m_3_4_b_x = c_4 * t178 - s_4 * t171 - q_3 * C_4t_y1
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t208 = s_2 * m_3_4_b_x
+    t196 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
-    t210 = t156 - s_4 * C_4_yy
-    t213 = t157 + c_4 * t187
+    t198 = t144 - s_4 * t177
+    t201 = t145 + c_4 * t175
     # link 3 (boom): composite body
     C_3_x1 = J_3_x1 + m_4_4_f_y
-    t228 = t101 - m_5_5_f_x
+    t216 = t86 - m_5_5_f_x
     # link 2 (shoulder_tilt): composite body
-    C_2_xx = c_4 * (t157 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t156 - s_4 * t187))
-    C_2_y1 = t228 - q_3 * J_3_11
-    t238 = t144 * t179 + (t115 + t63 * t177) - q_3 * (t228 + C_2_y1)
-    t242 = t96 - t200 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
+    C_2_xx = c_4 * (t145 + c_4 * t177) + (J_2_xx + s_4 * (t144 - s_4 * t175))
+    C_2_y1 = t216 - q_3 * J_3_11
+    t226 = t101 + t55 * t165 - t132 * t167 - q_3 * (t216 + C_2_y1)
+    t230 = t81 - t188 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t246 = s_2 * (s_4 * t213 - c_4 * t210 - p_boom_dh_a * C_4t_y1)
-    t248 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
+    t234 = s_2 * (s_4 * t201 - c_4 * t198 - p_boom_dh_a * C_4t_y1)
+    t236 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
     # link 1 (shoulder_pan): composite body
-    t256 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
-    t257 = t128 * (s_2 * s_4) - c_2 * t129
+    t244 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
+    t245 = t116 * (s_2 * s_4) - c_2 * t117
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t274 = s_2 * qd_1
-    t275 = c_2 * qd_1
+    t262 = s_2 * qd_1
+    t263 = c_2 * qd_1
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t274 * t275
-    t280 = qd_2 * t274
-    w_2_xx = t274 * t274
+    w_2_xy = t262 * t263
+    t268 = qd_2 * t262
+    w_2_xx = t262 * t262
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t283 = w_2_xx + w_2_zz
-    U_2_zy = qd_2 * t275 * -2.0
+    t271 = w_2_xx + w_2_zz
+    U_2_zy = qd_2 * t263 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    N_2_z = w_2_xy * (J_2_xx - t115)
+    N_2_z = w_2_xy * (J_2_xx - t101)
     # link 3 (boom): acceleration of its frame
-    a_3_x = p_shoulder_tilt_dh_d * w_1_zz + q_3 * U_2_zy - qd_3 * t274 * 2.0
-    t304 = s_2 * p_g + q_3 * w_2_xy - 2.0 * (qd_2 * qd_3)
-    a_3_z = c_2 * p_g - q_3 * t283
+    a_3_x = p_shoulder_tilt_dh_d * w_1_zz + q_3 * U_2_zy - qd_3 * t262 * 2.0
+    t292 = s_2 * p_g + q_3 * w_2_xy - 2.0 * (qd_2 * qd_3)
+    a_3_z = c_2 * p_g - q_3 * t271
     # link 3 (boom): products of angular velocity
-    w_3_zz = t275 * t275
+    w_3_zz = t263 * t263
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t283 - w_3_zz
+    U_3_xx = w_2_zz - t271 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t322 = s_4 * t274 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t274
+    t310 = s_4 * t262 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t262
     # link 4 (wrist_roll): acceleration field U along the axis
-    t328 = s_4 * w_2_xy - c_4 * U_2_zy
+    t316 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
     a_4b_x = a_3_x + p_boom_dh_a * U_3_xx
     # link 4 (wrist_roll): acceleration
-    t335 = s_4 * t304 - c_4 * a_4b_x
+    t323 = s_4 * t292 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t275
+    omega_4_z = qd_4 + t263
     # link 4 (wrist_roll): products of angular velocity
-    t340 = t322 * omega_4r_y
-    t341 = t322 * omega_4_z
-    w_4_xx = t322 * t322
+    t328 = t310 * omega_4r_y
+    t329 = t310 * omega_4_z
+    w_4_xx = t310 * t310
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t344 = t328 - t341
+    t332 = t316 - t329
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t280 - t340
-    t346 = w_4_xx + w_4_zz
+    U_4_xy = t268 - t328
+    t334 = w_4_xx + w_4_zz
     U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + 2.0 * (omega_4r_y * omega_4_z)
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
     F_4_z = J_4_y1 * U_4_zy
     # link 5 (wrist_bend): angular velocity of link 4
-    t369 = s_5 * omega_4_z + c_5 * t322
-    omega_5r_y = s_5 * t322 - c_5 * omega_4_z
+    t357 = s_5 * omega_4_z + c_5 * t310
+    omega_5r_y = s_5 * t310 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t375 = s_5 * U_4_zy - c_5 * U_4_xy
+    t363 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t382 = t369 * omega_5r_y
-    t383 = t369 * omega_5_z
-    w_5_xx = t369 * t369
+    t370 = t357 * omega_5r_y
+    t371 = t357 * omega_5_z
+    w_5_xx = t357 * t357
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t344 - t382
-    t387 = w_5_xx + w_5_zz
-    U_5_zx = t375 - 2.0 * t383
+    U_5_xy = t332 - t370
+    t375 = w_5_xx + w_5_zz
+    U_5_zx = t363 - 2.0 * t371
     U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    t394 = t67 * U_5_xy
-    F_5_y = t67 * t387
+    t382 = t58 * U_5_xy
+    F_5_y = t58 * t375
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t369
-    omega_6r_y = s_6 * t369 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t357
+    omega_6r_y = s_6 * t357 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t375 - t383
+    alpha_6_z = t363 - t371
     # link 6 (hand): acceleration field U
     U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + 2.0 * (omega_6r_x * omega_6_z)
     U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + 2.0 * (omega_6r_y * omega_6_z)
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t430 = t41 * U_6_zx
-    t434 = omega_6r_y * (t138 * omega_6r_x) + t127 * alpha_6_z
+    t418 = t41 * U_6_zx
+    t422 = omega_6r_y * (t126 * omega_6r_x) + t115 * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t440 = t67 * (c_4 * t304 + s_4 * a_4b_x) + (t65 * (t346 - t387) + t63 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (t440 - s_6 * t430)
-    t444 = t65 * U_5_xy + t58 * U_5_zx - t434
-    t446 = t344 * (t58 + t63) + (t65 * t375 + t67 * (s_5 * a_3_z + c_5 * t335))
-    t449 = t382 * (t58 - t63) + t446 - c_6 * t430 - s_6 * N_6_x
+    t428 = t58 * (c_4 * t292 + s_4 * a_4b_x) + (t57 * (t334 - t375) + t55 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (t428 - s_6 * t418)
+    t432 = t57 * U_5_xy - t48 * U_5_zx - t422
+    t434 = t57 * t363 + t58 * (s_5 * a_3_z + c_5 * t323) - t332 * (t48 - t55)
+    t437 = t434 - t370 * (t48 + t55) - c_6 * t418 - s_6 * N_6_x
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - s_5 * F_5_y - c_5 * t394
-    t460 = J_4_y1 * t346 + t67 * U_5_zy
-    f_4_z = s_5 * t394 + (F_4_z - c_5 * F_5_y)
+    f_4_x = F_4_x - s_5 * F_5_y - c_5 * t382
+    t448 = J_4_y1 * t334 + t58 * U_5_zy
+    f_4_z = s_5 * t382 + (F_4_z - c_5 * F_5_y)
     # link 4 (wrist_roll): moment from link 3
-    t464 = J_4_yy * U_4_zy + (t88 * (t283 - t346) + J_4_y1 * a_3_z)
-    n_4_x = c_5 * n_5_x + (s_5 * t444 + t464)
-    t468 = t449 + (t82 * (t341 - t344) + t88 * U_4_xy)
-    t470 = t340 * (t82 + J_4_yy) + (t280 * (t82 - J_4_yy) - t88 * t328)
-    t473 = c_5 * t444 + (J_4_y1 * t335 + t470) - s_5 * n_5_x
+    t452 = t71 * U_4_zy + (t73 * (t271 - t334) + J_4_y1 * a_3_z)
+    n_4_x = c_5 * n_5_x + (s_5 * t432 + t452)
+    t456 = t437 + (t64 * (t329 - t332) + t73 * U_4_xy)
+    t458 = t328 * (t64 + t71) + (t268 * (t64 - t71) - t73 * t316)
+    t461 = c_5 * t432 + (J_4_y1 * t323 + t458) - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t460
+    f_4t_y = s_4 * f_4_x - c_4 * t448
     # link 3 (boom): force from link 2
-    t487 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t101 * U_2_zy)
-    f_3_x = s_4 * t460 + t487
-    f_3_y = f_4t_y + (t101 * w_2_xy - J_3_11 * t304)
-    f_3_z = f_4_z + (t101 * t283 + J_3_11 * a_3_z)
+    t475 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t86 * U_2_zy)
+    f_3_x = s_4 * t448 + t475
+    f_3_y = f_4t_y + (t86 * w_2_xy - J_3_11 * t292)
+    f_3_z = f_4_z + (t86 * t271 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t496 = t115 * U_2_zy + t96 * (w_1_zz - t283) - t101 * a_3_x
-    t500 = s_4 * n_4_x + (t496 - J_3_x1 * a_3_z) - c_4 * t468 - p_boom_dh_a * f_4_z
-    t505 = p_boom_dh_a * f_4t_y + (t473 + (t96 * w_2_xy - J_3_x1 * t304))
+    t484 = t101 * U_2_zy + t81 * (w_1_zz - t271) - t86 * a_3_x
+    t488 = s_4 * n_4_x + (t484 - J_3_x1 * a_3_z) - c_4 * t456 - p_boom_dh_a * f_4_z
+    t493 = p_boom_dh_a * f_4t_y + (t461 + (t81 * w_2_xy - J_3_x1 * t292))
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t519 = t449 + tau_5
-    t521 = t434 + tau_6
+    t507 = t437 + tau_5
+    t509 = t422 + tau_6
     # solve: L D L^T
-    t523 = 1.0 / (t127 - p_hand_added_inertia_inertia)
-    t524 = t257 * t523
-    t525 = t130 * t523
-    t526 = t129 * t523
-    t533 = 1.0 / (t145 + p_wrist_bend_added_inertia_inertia)
-    t534 = m_2_5_b_z * t533
-    t535 = t168 * t533
-    t536 = m_5_5_f_y * t533
-    t537 = t153 * t533
-    t548 = c_2 * (p_shoulder_tilt_dh_d * m_4_4_f_y + (t191 - t203))
-    t551 = t548 + (t208 + t257 * t526 - m_2_5_b_z * t537)
-    t555 = t168 * t537 + (t200 + q_3 * m_4_4_f_y - t130 * t526)
-    t556 = m_5_5_f_y * t537
-    t559 = t191 - p_wrist_roll_added_inertia_inertia - t129 * t526
-    t561 = 1.0 / (t153 * t537 + t559)
-    t562 = t551 * t561
-    t563 = t555 * t561
-    t564 = t556 * t561
-    t571 = s_2 * t256 + (m_2_5_b_z * t536 + t551 * t564)
-    t574 = t555 * t564 + (C_4t_y1 - t168 * t536)
-    t577 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t536
-    t579 = 1.0 / (t556 * t564 + t577)
-    t580 = t571 * t579
-    t581 = t574 * t579
-    t587 = t257 * t525 + (t248 + (t246 - c_2 * t242)) - m_2_5_b_z * t535
-    t589 = t571 * t581 + (t587 - t551 * t563)
-    t592 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t238)
-    t596 = t555 * t563 + (t130 * t525 + t592 - t168 * t535) - t574 * t581
-    t597 = 1.0 / t596
-    t598 = t589 * t597
-    t601 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t605 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
-    t611 = p_shoulder_tilt_com_y * J_2_z1 + (t109 + (p_shoulder_pan_inertia_yy + t104))
-    t616 = t611 + t203 * 2.0 - s_4 * t210 - c_4 * t213 - c_2 * (t208 - c_2 * C_2_xx)
-    t618 = p_shoulder_pan_added_inertia_inertia + (s_2 * (s_2 * t238 - c_2 * m_3_4_b_x) + t616)
-    t621 = t551 * t562 + (t257 * t524 + t618 - m_2_5_b_z * t534)
-    t625 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t601 + (t621 - t571 * t580 - t589 * t598))
-    t626 = p_shoulder_tilt_dh_d * (t605 - C_3_x1 - t256) + t625
-    t636 = t521 * t526 + (t473 - tau_4) - t519 * t537
-    t642 = f_3_z - tau_3 - t519 * t536 - t564 * t636
-    t648 = q_3 * f_3_y + (N_2_z + t101 * t304 - c_4 * n_4_x - s_4 * t468)
-    t652 = t563 * t636 + (t519 * t535 + (t648 - tau_2 - t521 * t525))
-    t653 = t581 * t642 + t652
-    t655 = c_2 * (t505 - 2.0 * (J_2_xx * t280)) - s_2 * (q_3 * f_3_x + t500)
-    t658 = t655 - p_shoulder_tilt_dh_d * f_2t_x - tau_1 - t521 * t524
-    t662 = t519 * t534 + t658 - t562 * t636 - t580 * t642 - t598 * t653
-    t663 = t662 / t626
-    t665 = t597 * t653
-    t670 = t598 * t663
-    t671 = t665 - t670
-    t676 = t581 * t671 + (t579 * t642 - t580 * t663)
-    t683 = t564 * t676 + (t561 * t636 + t562 * t663 - t563 * t671)
-    t690 = t535 * t671 + (t519 * t533 + t534 * t663) - t536 * t676
-    t697 = t526 * t683 + (t525 * t671 + (t521 * t523 + t524 * t663))
-    out[0 * S + k] = -t663
-    out[1 * S + k] = t670 - t665
-    out[2 * S + k] = -t676
-    out[3 * S + k] = t683
-    out[4 * S + k] = t537 * t683 + t690
-    out[5 * S + k] = -t697
+    t511 = 1.0 / (t115 - p_hand_added_inertia_inertia)
+    t512 = t245 * t511
+    t513 = t118 * t511
+    t514 = t117 * t511
+    t521 = 1.0 / (t133 + p_wrist_bend_added_inertia_inertia)
+    t522 = m_2_5_b_z * t521
+    t523 = t156 * t521
+    t524 = m_5_5_f_y * t521
+    t525 = t141 * t521
+    t536 = c_2 * (p_shoulder_tilt_dh_d * m_4_4_f_y + (t179 - t191))
+    t539 = t536 + (t196 + t245 * t514 - m_2_5_b_z * t525)
+    t543 = t156 * t525 + (t188 + q_3 * m_4_4_f_y - t118 * t514)
+    t544 = m_5_5_f_y * t525
+    t547 = t179 - p_wrist_roll_added_inertia_inertia - t117 * t514
+    t549 = 1.0 / (t141 * t525 + t547)
+    t550 = t539 * t549
+    t551 = t543 * t549
+    t552 = t544 * t549
+    t559 = s_2 * t244 + (m_2_5_b_z * t524 + t539 * t552)
+    t562 = t543 * t552 + (C_4t_y1 - t156 * t524)
+    t565 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t524
+    t567 = 1.0 / (t544 * t552 + t565)
+    t568 = t559 * t567
+    t569 = t562 * t567
+    t575 = t245 * t513 + (t236 + (t234 - c_2 * t230)) - m_2_5_b_z * t523
+    t577 = t559 * t569 + (t575 - t539 * t551)
+    t580 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t226)
+    t584 = t543 * t551 + (t118 * t513 + t580 - t156 * t523) - t562 * t569
+    t585 = 1.0 / t584
+    t586 = t577 * t585
+    t591 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t597 = p_shoulder_tilt_com_y * J_2_z1 + (p_shoulder_pan_inertia_yy + t91 - t96)
+    t603 = t106 + t597 + t191 * 2.0 - s_4 * t198 - c_4 * t201 - c_2 * (t196 - c_2 * C_2_xx)
+    t605 = p_shoulder_pan_added_inertia_inertia + (s_2 * (s_2 * t226 - c_2 * m_3_4_b_x) + t603)
+    t608 = t539 * t550 + (t245 * t512 + t605 - m_2_5_b_z * t522)
+    t611 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t608 - t559 * t568 - t577 * t586)
+    t612 = p_shoulder_tilt_dh_d * (t591 - C_3_x1 - t244) + t611
+    t622 = t509 * t514 + (t461 - tau_4) - t507 * t525
+    t628 = f_3_z - tau_3 - t507 * t524 - t552 * t622
+    t634 = q_3 * f_3_y + (N_2_z + t86 * t292 - c_4 * n_4_x - s_4 * t456)
+    t638 = t551 * t622 + (t507 * t523 + (t634 - tau_2 - t509 * t513))
+    t639 = t569 * t628 + t638
+    t641 = c_2 * (t493 - 2.0 * (J_2_xx * t268)) - s_2 * (q_3 * f_3_x + t488)
+    t644 = t641 - p_shoulder_tilt_dh_d * f_2t_x - tau_1 - t509 * t512
+    t648 = t507 * t522 + t644 - t550 * t622 - t568 * t628 - t586 * t639
+    t649 = t648 / t612
+    t651 = t585 * t639
+    t656 = t586 * t649
+    t657 = t651 - t656
+    t662 = t569 * t657 + (t567 * t628 - t568 * t649)
+    t669 = t552 * t662 + (t549 * t622 + t550 * t649 - t551 * t657)
+    t676 = t523 * t657 + (t507 * t521 + t522 * t649) - t524 * t662
+    t683 = t514 * t669 + (t513 * t657 + (t509 * t511 + t512 * t649))
+    out[0 * S + k] = -t649
+    out[1 * S + k] = t656 - t651
+    out[2 * S + k] = -t662
+    out[3 * S + k] = t669
+    out[4 * S + k] = t525 * t669 + t676
+    out[5 * S + k] = -t683
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1646,8 +1641,8 @@ def _mass_matrix(q, out, k, S):
     # link 5 (wrist_bend): composite body, before its turn
     t54 = c_5 * c_5
     t55 = s_5 * s_5
-    t60 = t54 * 0.0011500000000000002 - t55 * 0.0268661283
-    t63 = c_5 * s_5 * 0.028016128300000002
+    t60 = t54 * 0.00115 - t55 * 0.0268661283
+    t63 = c_5 * s_5 * 0.0280161283
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
     t66 = C_5t_yz - 5.36544e-05
@@ -1661,11 +1656,11 @@ def _mass_matrix(q, out, k, S):
     m_3_4_b_z = t77 - q_3 * t74
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
     t85 = s_2 * m_3_4_b_x
-    t90 = t60 - t74 * 0.13369999999999999 - 0.004499735599999999
-    m_2_4_b_z = -(t85 + c_2 * t90)
+    t91 = c_2 * (t60 - t74 * 0.13369999999999999 - 0.0044997356)
+    m_2_4_b_z = -(t85 + t91)
     # link 4 (wrist_roll): composite body, before its turn
     t94 = c_4 * C_5t_xz
-    t96 = s_4 * 0.004499735599999999 - t94
+    t96 = s_4 * 0.0044997356 - t94
     t99 = s_4 * C_5t_xz
     t100 = c_4 * t60 + t99
     # link 3 (boom): composite body
@@ -1677,10 +1672,10 @@ def _mass_matrix(q, out, k, S):
     # link 2 (shoulder_tilt): effort when joint 3 is accelerated
     m_2_3_b_z = -(s_2 * t118)
     # link 2 (shoulder_tilt): composite body
-    t121 = s_4 * (t94 - s_4 * t60) + c_4 * (t99 + c_4 * 0.004499735599999999)
+    t121 = s_4 * (t94 - s_4 * t60) + c_4 * (t99 + c_4 * 0.0044997356)
     C_2_xx = t121 + 0.007999999999999896
     t126 = C_3_z1 + q_3 * 6.470000000000001
-    t132 = q_3 * (C_3_z1 + t126) + (t54 * 0.0268661283 - t55 * 0.0011500000000000002)
+    t132 = q_3 * (C_3_z1 + t126) + (t54 * 0.0268661283 - t55 * 0.00115)
     C_2_yy = t132 + 4.287553293700001
     C_2_yz = t77 + c_5 * 0.0016126928999999999 - q_3 * t114 - 0.055823193300000004
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
@@ -1691,7 +1686,7 @@ def _mass_matrix(q, out, k, S):
     # inertia of the arm and of effects
     t167 = s_4 * t96 - t74 * 0.0406 - c_4 * t100 - c_2 * (t85 - c_2 * C_2_xx)
     t169 = 0.154 * (t114 + t118) + (s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x) + t167)
-    out[0 * S + k] = 1.4339328643999998 + t169
+    out[0 * S + k] = 1.4339328644 + t169
     out[1 * S + k] = m_2_2_b_z
     out[2 * S + k] = m_2_3_b_z
     out[3 * S + k] = m_2_4_b_z
@@ -1864,30 +1859,28 @@ def _mass_matrix_p(q, p, out, k, S):
     J_6_yy = t37 - t42
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t46 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t47 = p_wrist_bend_mass * 0.5
-    t48 = t46 * t47
-    t49 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t54 = t47 * (t46 + t49) + p_wrist_bend_inertia_xx * 0.5
-    t56 = t47 * t49 + p_wrist_bend_inertia_yy * 0.5
-    t57 = t48 - t56
-    t61 = t54 + (p_hand_com_z * J_6_z1 + (t37 + t42)) - t57
+    t46 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t48 = p_wrist_bend_inertia_xx * 0.5
+    t49 = p_wrist_bend_inertia_yy * 0.5
+    t53 = p_hand_com_z * J_6_z1 + (t42 + (t37 + (t48 + t49)))
+    t54 = p_wrist_bend_com_z * t46 + t53
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t63 = p_wrist_bend_com_z * J_5_z1
-    t65 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t56 = p_wrist_bend_com_z * J_5_z1
+    t57 = J_6_z1 + t46
     # link 4 (wrist_roll): base parameters
-    t66 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t67 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t69 = p_wrist_roll_mass * 0.5
-    t73 = p_wrist_roll_mass * p_wrist_roll_com_y
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t59 = p_wrist_roll_inertia_zz * 0.5
+    t60 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t62 = p_wrist_roll_mass * p_wrist_roll_com_y
+    J_4_y1 = J_5_z1 + t60
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t79 = p_boom_dh_a * p_boom_mass
-    t82 = p_boom_mass * p_boom_com_z
+    t68 = p_boom_dh_a * p_boom_mass
+    t71 = p_boom_mass * p_boom_com_z
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t78 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -1904,134 +1897,133 @@ def _mass_matrix_p(q, p, out, k, S):
     M_6_6 = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
     m_5_6_n_x = s_5 * M_6_6
-    t98 = c_5 * M_6_6
+    t89 = c_5 * M_6_6
     # link 4 (wrist_roll): effort when joint 6 is accelerated
     m_4_6_n_x = c_4 * m_5_6_n_x
     # link 6 (hand): composite body, before its turn
-    t103 = s_6 * s_6
-    t105 = c_6 * c_6
+    t94 = s_6 * s_6
+    t96 = c_6 * c_6
     C_6t_xy = (J_6_xx - J_6_yy) * (c_6 * s_6)
     # link 5 (wrist_bend): composite body
-    t115 = J_6_xx * t105 + (J_6_yy * t103 + (t56 + (t48 - t54)))
+    t103 = t49 - t48
+    t105 = t103 + (J_6_yy * t94 + J_6_xx * t96)
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t116 = t61 + t115
-    m_5_5_f_x = t65 * c_5
-    m_5_5_f_y = t65 * s_5
-    t119 = -m_5_5_f_y
-    C_5t_xz = t63 * s_5 + c_5 * C_6t_xy
-    C_5t_yz = s_5 * C_6t_xy - t63 * c_5
+    t106 = t54 + t105
+    m_5_5_f_x = t57 * c_5
+    m_5_5_f_y = t57 * s_5
+    t109 = -m_5_5_f_y
+    C_5t_xz = t56 * s_5 + c_5 * C_6t_xy
+    C_5t_yz = s_5 * C_6t_xy - t56 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t128 = c_4 * C_5t_xz
-    t129 = s_4 * C_5t_xz
+    t118 = c_4 * C_5t_xz
+    t119 = s_4 * C_5t_xz
     m_4_5_b_z = C_5t_yz + p_boom_dh_a * m_4_5_f_y
     # link 3 (boom): effort when joint 5 is accelerated
-    t137 = t129 - p_boom_dh_a * m_5_5_f_y - c_4 * (t116 + q_3 * m_5_5_f_x)
-    m_3_5_b_z = q_3 * m_4_5_f_y + (s_4 * t116 + t128)
+    t127 = t119 - p_boom_dh_a * m_5_5_f_y - c_4 * (t106 + q_3 * m_5_5_f_x)
+    m_3_5_b_z = q_3 * m_4_5_f_y + (s_4 * t106 + t118)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t146 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    m_2_5_b_z = t146 + (s_2 * t137 + c_2 * m_4_5_b_z)
+    t136 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    m_2_5_b_z = t136 + (s_2 * t127 + c_2 * m_4_5_b_z)
     # link 5 (wrist_bend): composite body, before its turn
-    t149 = c_5 * c_5
-    t151 = s_5 * s_5
-    t155 = (t61 - t115) * (c_5 * s_5)
+    t139 = c_5 * c_5
+    t141 = s_5 * s_5
+    t145 = (t54 - t105) * (c_5 * s_5)
     # link 4 (wrist_roll): composite body
-    t159 = (t66 + t67) * t69 + p_wrist_roll_inertia_xx * 0.5
-    t161 = t67 * t69 + p_wrist_roll_inertia_yy * 0.5
-    t162 = t159 - t161
-    t164 = t66 * t69 + p_wrist_roll_inertia_zz * 0.5
-    t167 = t164 + (t115 * t149 + t61 * t151 - t162)
-    t171 = t159 + (J_6_yy * t105 + (J_6_xx * t103 + (t54 + t57)))
-    C_4_yy = t161 + t171 - t164
-    t174 = p_wrist_roll_com_z * t73 + C_5t_yz
+    t148 = p_wrist_roll_inertia_yy * 0.5
+    t149 = p_wrist_roll_inertia_xx * 0.5
+    t150 = t149 - t148
+    C_4_xx = t54 * t141 + (t59 + t105 * t139) - t150
+    t157 = p_wrist_roll_com_z * t60 + (p_wrist_bend_com_y * J_5_z1 + (t148 + t149) - t59)
+    C_4_yy = J_6_yy * t96 + (J_6_xx * t94 + t157) - t103
+    t161 = p_wrist_roll_com_z * t62 + C_5t_yz
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t175 = t167 + C_4_yy
+    M_4_4 = C_4_xx + C_4_yy
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_x = -C_4t_y1
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t185 = s_4 * t174 + c_4 * t155
-    t188 = p_boom_dh_a * m_4_4_f_y
+    t172 = s_4 * t161 + c_4 * t145
+    t175 = p_boom_dh_a * m_4_4_f_y
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t174 - s_4 * t155 - q_3 * C_4t_y1
-    m_3_4_b_z = t185 + q_3 * m_4_4_f_y
+    m_3_4_b_x = c_4 * t161 - s_4 * t145 - q_3 * C_4t_y1
+    m_3_4_b_z = t172 + q_3 * m_4_4_f_y
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t194 = s_2 * m_3_4_b_x
-    t198 = c_2 * (t175 + t188 - p_shoulder_tilt_dh_d * m_4_4_f_y)
-    m_2_4_b_z = t198 - t194
+    t181 = s_2 * m_3_4_b_x
+    t185 = c_2 * (M_4_4 + t175 - p_shoulder_tilt_dh_d * m_4_4_f_y)
+    m_2_4_b_z = t185 - t181
     # link 4 (wrist_roll): composite body, before its turn
-    t201 = t128 - s_4 * C_4_yy
-    t204 = t129 - c_4 * t167
+    t188 = t118 - s_4 * C_4_yy
+    t191 = t119 - c_4 * C_4_xx
     # link 3 (boom): composite body
-    C_3_x1 = m_4_4_f_y + (t79 + p_boom_dh_a * J_4_11)
+    C_3_x1 = m_4_4_f_y + (t68 + p_boom_dh_a * J_4_11)
     # link 2 (shoulder_tilt): composite body
-    t219 = t73 - m_5_5_f_x
+    t206 = t62 - m_5_5_f_x
     # link 3 (boom): composite body
-    t220 = t82 - t219
+    t207 = t71 - t206
     # link 1 (shoulder_pan): composite body
-    t222 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
+    t209 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
     # link 2 (shoulder_tilt): effort when joint 3 is accelerated
-    m_2_3_b_z = s_2 * t222
+    m_2_3_b_z = s_2 * t209
     # link 2 (shoulder_tilt): composite body
-    t225 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
-    t227 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
-    t229 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t230 = t229 - t227
-    t231 = s_4 * (t128 + s_4 * t167) + c_4 * (t129 + c_4 * C_4_yy)
-    C_2_xx = t225 + (t230 + t231)
-    t235 = t220 + q_3 * J_3_11
-    t240 = t162 + (t115 * t151 + (p_boom_com_z * t82 + t61 * t149))
-    t244 = t229 + (q_3 * (t220 + t235) + (t164 + t240 - t225))
-    t245 = t227 + t244
-    t250 = q_3 * C_3_x1 + (p_boom_com_z * t79 + t185) - p_boom_dh_a * t219
+    t212 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t214 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t216 = s_4 * (t118 + s_4 * C_4_xx) + c_4 * (t119 + c_4 * C_4_yy)
+    t218 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    C_2_xx = t212 + (t216 - t214 + t218)
+    t222 = t207 + q_3 * J_3_11
+    t225 = t218 - t212
+    t227 = p_boom_com_z * t71 + (t59 + p_wrist_roll_com_y * t62)
+    t231 = q_3 * (t207 + t222) + (t150 + (t105 * t141 + (t54 * t139 + t227)))
+    t233 = t214 + (t231 - t225)
+    t238 = q_3 * C_3_x1 + (p_boom_com_z * t68 + t172) - p_boom_dh_a * t206
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t254 = s_2 * (s_4 * t204 - c_4 * t201 - p_boom_dh_a * C_4t_y1)
-    t256 = p_shoulder_tilt_dh_d * (c_2 * t235 - s_2 * C_4t_y1)
-    m_2_2_b_z = t254 + c_2 * t250 - t256
-    t266 = c_2 * t98 - m_5_6_n_x * (s_2 * s_4)
-    t267 = -m_4_6_n_x
+    t242 = s_2 * (s_4 * t191 - c_4 * t188 - p_boom_dh_a * C_4t_y1)
+    t244 = p_shoulder_tilt_dh_d * (c_2 * t222 - s_2 * C_4t_y1)
+    m_2_2_b_z = t242 + c_2 * t238 - t244
+    t254 = c_2 * t89 - m_5_6_n_x * (s_2 * s_4)
+    t255 = -m_4_6_n_x
     # inertia of the arm and of effects
-    t276 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t281 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
-    t285 = p_shoulder_pan_inertia_yy + p_shoulder_tilt_com_y * J_2_z1
-    t291 = t285 + t188 * 2.0 - s_4 * t201 - c_4 * t204 - t230 - c_2 * (t194 - c_2 * C_2_xx)
-    t293 = p_shoulder_pan_added_inertia_inertia + (s_2 * (s_2 * t245 - c_2 * m_3_4_b_x) + t291)
-    t295 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t276 + t293)
-    t296 = p_shoulder_tilt_dh_d * (t281 - C_3_x1 - t222) + t295
-    t299 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t245)
-    out[0 * S + k] = t225 + t296
+    t267 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t271 = p_shoulder_pan_inertia_yy + p_shoulder_tilt_com_y * J_2_z1
+    t277 = t225 + (t78 + t271 + t175 * 2.0 - s_4 * t188 - c_4 * t191)
+    t279 = s_2 * (s_2 * t233 - c_2 * m_3_4_b_x) + (t277 - c_2 * (t181 - c_2 * C_2_xx))
+    t281 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (p_shoulder_pan_added_inertia_inertia + t279)
+    t282 = p_shoulder_tilt_dh_d * (t267 - C_3_x1 - t209) + t281
+    t285 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t233)
+    out[0 * S + k] = t214 + t282
     out[1 * S + k] = m_2_2_b_z
     out[2 * S + k] = m_2_3_b_z
     out[3 * S + k] = m_2_4_b_z
     out[4 * S + k] = m_2_5_b_z
-    out[5 * S + k] = t266
+    out[5 * S + k] = t254
     out[6 * S + k] = m_2_2_b_z
-    out[7 * S + k] = t299
+    out[7 * S + k] = t285
     out[8 * S + k] = m_4_4_f_x
     out[9 * S + k] = m_3_4_b_z
     out[10 * S + k] = m_3_5_b_z
-    out[11 * S + k] = t267
+    out[11 * S + k] = t255
     out[12 * S + k] = m_2_3_b_z
     out[13 * S + k] = m_4_4_f_x
     out[14 * S + k] = J_3_11 + p_boom_added_inertia_inertia
     out[15 * S + k] = 0.0
-    out[16 * S + k] = t119
+    out[16 * S + k] = t109
     out[17 * S + k] = 0.0
     out[18 * S + k] = m_2_4_b_z
     out[19 * S + k] = m_3_4_b_z
     out[20 * S + k] = 0.0
-    out[21 * S + k] = t175 + p_wrist_roll_added_inertia_inertia
+    out[21 * S + k] = M_4_4 + p_wrist_roll_added_inertia_inertia
     out[22 * S + k] = C_5t_yz
-    out[23 * S + k] = t98
+    out[23 * S + k] = t89
     out[24 * S + k] = m_2_5_b_z
     out[25 * S + k] = m_3_5_b_z
-    out[26 * S + k] = t119
+    out[26 * S + k] = t109
     out[27 * S + k] = C_5t_yz
-    out[28 * S + k] = t116 + p_wrist_bend_added_inertia_inertia
+    out[28 * S + k] = t106 + p_wrist_bend_added_inertia_inertia
     out[29 * S + k] = 0.0
-    out[30 * S + k] = t266
-    out[31 * S + k] = t267
+    out[30 * S + k] = t254
+    out[31 * S + k] = t255
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t98
+    out[33 * S + k] = t89
     out[34 * S + k] = 0.0
     out[35 * S + k] = M_6_6 + p_hand_added_inertia_inertia
 
@@ -2233,8 +2225,7 @@ def _bias_force(q, qd, out, k, S):
     t150 = (c_4 * t46 + s_4 * a_4b_x) * 0.079443 + U_5_zy * 0.0268661283
     t154 = t150 + (t79 - t105) * 1.0697399999999999e-05 - s_6 * N_6_y
     n_5_x = c_6 * N_6_x + t154
-    t159 = U_5_xy * 1.0697399999999999e-05 - U_5_zx * 0.0013000000000000002
-    t160 = N_6_z + t159
+    t160 = N_6_z + (U_5_xy * 1.0697399999999999e-05 - U_5_zx * 0.0013)
     t166 = t77 * 0.0255661283 + t93 * 1.0697399999999999e-05 + (s_5 * a_3_z + c_5 * t68) * 0.079443
     n_5_z = s_6 * N_6_x - (t166 - t100 * 0.0281661283 - c_6 * N_6_y)
     # link 4 (wrist_roll): force from link 3
@@ -2242,10 +2233,10 @@ def _bias_force(q, qd, out, k, S):
     t186 = t79 * 0.029825999999999995 + U_5_zy * 0.079443
     f_4_z = U_4_zy * 0.029825999999999995 - c_5 * F_5_y - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t193 = a_3_z * 0.029825999999999995 + U_4_zy * 0.004349735599999999
+    t193 = a_3_z * 0.029825999999999995 + U_4_zy * 0.0043497356
     n_4_x = c_5 * n_5_x + (s_5 * t160 + (t193 - (t27 - t79) * 5.36544e-05))
     n_4_y = n_5_z + U_4_xy * 5.36544e-05
-    t205 = t60 * 5.36544e-05 + t68 * 0.029825999999999995 - U_4_xy * 0.004349735599999999
+    t205 = t60 * 5.36544e-05 + t68 * 0.029825999999999995 - U_4_xy * 0.0043497356
     n_4_z = c_5 * t160 + t205 - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
     f_4t_y = s_4 * f_4_x - c_4 * t186
@@ -2424,45 +2415,42 @@ def _bias_force_p(q, qd, p, out, k, S):
     J_6_yy = t39 + t44
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t48 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t49 = p_wrist_bend_mass * 0.5
-    t50 = t48 * t49
-    t51 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t56 = t49 * t51 + p_wrist_bend_inertia_yy * 0.5
-    t58 = t49 * (t48 + t51) + p_wrist_bend_inertia_xx * 0.5
-    t60 = t50 + t56 - t58
-    t61 = t50 - t56
-    t65 = t58 + (p_hand_com_z * J_6_z1 + (t39 - t44)) - t61
+    t48 = p_wrist_bend_inertia_xx * 0.5
+    t49 = p_wrist_bend_inertia_yy * 0.5
+    t50 = t48 - t49
+    t51 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t56 = t49 + (t48 + (p_hand_com_z * J_6_z1 + (t39 - t44)))
+    t57 = p_wrist_bend_com_z * t51 + t56
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t67 = p_wrist_bend_com_z * J_5_z1
-    t69 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t59 = p_wrist_bend_com_z * J_5_z1
+    t60 = J_6_z1 + t51
     # link 4 (wrist_roll): base parameters
-    t70 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t71 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t73 = p_wrist_roll_mass * 0.5
-    t78 = (t70 + t71) * t73 + p_wrist_roll_inertia_xx * 0.5
-    t80 = t71 * t73 + p_wrist_roll_inertia_yy * 0.5
-    t81 = t78 - t80
-    t83 = t70 * t73 + p_wrist_roll_inertia_zz * 0.5
-    t84 = t81 - t83
-    J_4_yy = t80 + (t78 + (t58 + t61)) - t83
-    t89 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t90 = p_wrist_roll_com_z * t89
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t62 = p_wrist_roll_inertia_xx * 0.5
+    t63 = p_wrist_roll_inertia_yy * 0.5
+    t64 = t62 - t63
+    t65 = p_wrist_roll_inertia_zz * 0.5
+    t66 = t64 - t65
+    t67 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t72 = t63 + (t62 + (t50 + p_wrist_bend_com_y * J_5_z1)) - t65
+    t73 = p_wrist_roll_com_z * t67 + t72
+    t74 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t75 = p_wrist_roll_com_z * t74
+    J_4_y1 = J_5_z1 + t67
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t96 = p_boom_dh_a * p_boom_mass
-    t98 = p_boom_dh_a * t89 - p_boom_com_z * t96
-    J_3_x1 = t96 + p_boom_dh_a * J_4_11
-    t101 = p_boom_mass * p_boom_com_z
-    t103 = t89 - t101
+    t81 = p_boom_dh_a * p_boom_mass
+    t83 = p_boom_dh_a * t74 - p_boom_com_z * t81
+    J_3_x1 = t81 + p_boom_dh_a * J_4_11
+    t86 = p_boom_mass * p_boom_com_z
+    t88 = t74 - t86
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t105 = p_shoulder_tilt_inertia_xx - p_shoulder_tilt_inertia_zz
-    t108 = 0.5 * (p_boom_inertia_yy + t105 - p_boom_inertia_zz)
-    t110 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t111 = t108 - t110
-    t115 = t110 + (t108 + (p_boom_com_z * t101 + (t81 + t83)))
+    t90 = p_shoulder_tilt_inertia_xx - p_shoulder_tilt_inertia_zz
+    t93 = 0.5 * (p_boom_inertia_yy + t90 - p_boom_inertia_zz)
+    t95 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t96 = t93 - t95
+    t99 = p_boom_com_z * t86 + (p_wrist_roll_com_y * t74 + (t64 + t65))
+    t101 = t95 + (t93 + t99)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -2478,118 +2466,118 @@ def _bias_force_p(q, qd, p, out, k, S):
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t125 = qd_1 * s_2
-    t126 = qd_1 * c_2
+    t111 = qd_1 * s_2
+    t112 = qd_1 * c_2
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t125 * t126
-    t131 = qd_2 * t125
-    w_2_xx = t125 * t125
+    w_2_xy = t111 * t112
+    t117 = qd_2 * t111
+    w_2_xx = t111 * t111
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t134 = w_2_xx + w_2_zz
-    U_2_zy = qd_2 * t126 * -2.0
+    t120 = w_2_xx + w_2_zz
+    U_2_zy = qd_2 * t112 * -2.0
     # link 3 (boom): acceleration of its frame
-    a_3_x = p_shoulder_tilt_dh_d * w_1_zz + q_3 * U_2_zy - qd_3 * t125 * 2.0
-    t155 = p_g * s_2 + q_3 * w_2_xy - 2.0 * (qd_2 * qd_3)
-    a_3_z = p_g * c_2 - q_3 * t134
+    a_3_x = p_shoulder_tilt_dh_d * w_1_zz + q_3 * U_2_zy - qd_3 * t111 * 2.0
+    t141 = p_g * s_2 + q_3 * w_2_xy - 2.0 * (qd_2 * qd_3)
+    a_3_z = p_g * c_2 - q_3 * t120
     # link 3 (boom): products of angular velocity
-    w_3_zz = t126 * t126
+    w_3_zz = t112 * t112
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t134 - w_3_zz
+    U_3_xx = w_2_zz - t120 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t173 = s_4 * t125 + qd_2 * c_4
-    omega_4r_y = qd_2 * s_4 - c_4 * t125
+    t159 = s_4 * t111 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t111
     # link 4 (wrist_roll): acceleration field U along the axis
-    t179 = s_4 * w_2_xy - c_4 * U_2_zy
+    t165 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
     a_4b_x = a_3_x + p_boom_dh_a * U_3_xx
     # link 4 (wrist_roll): acceleration
-    t186 = s_4 * t155 - c_4 * a_4b_x
+    t172 = s_4 * t141 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t126
+    omega_4_z = qd_4 + t112
     # link 4 (wrist_roll): products of angular velocity
-    t191 = t173 * omega_4r_y
-    t192 = t173 * omega_4_z
-    w_4_xx = t173 * t173
+    t177 = t159 * omega_4r_y
+    t178 = t159 * omega_4_z
+    w_4_xx = t159 * t159
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t195 = t179 - t192
+    t181 = t165 - t178
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t131 - t191
-    t197 = w_4_xx + w_4_zz
+    U_4_xy = t117 - t177
+    t183 = w_4_xx + w_4_zz
     U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + 2.0 * (omega_4r_y * omega_4_z)
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
     F_4_z = J_4_y1 * U_4_zy
     # link 5 (wrist_bend): angular velocity of link 4
-    t220 = s_5 * omega_4_z + c_5 * t173
-    omega_5r_y = s_5 * t173 - c_5 * omega_4_z
+    t206 = s_5 * omega_4_z + c_5 * t159
+    omega_5r_y = s_5 * t159 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t226 = s_5 * U_4_zy - c_5 * U_4_xy
+    t212 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t233 = t220 * omega_5r_y
-    t234 = t220 * omega_5_z
-    w_5_xx = t220 * t220
+    t219 = t206 * omega_5r_y
+    t220 = t206 * omega_5_z
+    w_5_xx = t206 * t206
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t195 - t233
-    t238 = w_5_xx + w_5_zz
-    U_5_zx = t226 - 2.0 * t234
+    U_5_xy = t181 - t219
+    t224 = w_5_xx + w_5_zz
+    U_5_zx = t212 - 2.0 * t220
     U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    t245 = t69 * U_5_xy
-    F_5_y = t69 * t238
+    t231 = t60 * U_5_xy
+    F_5_y = t60 * t224
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t220
-    omega_6r_y = s_6 * t220 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t206
+    omega_6r_y = s_6 * t206 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t226 - t234
+    alpha_6_z = t212 - t220
     # link 6 (hand): acceleration field U
     U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + 2.0 * (omega_6r_x * omega_6_z)
     U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + 2.0 * (omega_6r_y * omega_6_z)
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t281 = t43 * U_6_zx
-    t287 = (t43 + J_6_yy) * (omega_6r_x * omega_6r_y) + alpha_6_z * (t43 - J_6_yy)
-    N_6_z = -t287
+    t267 = t43 * U_6_zx
+    t273 = (t43 + J_6_yy) * (omega_6r_x * omega_6r_y) + alpha_6_z * (t43 - J_6_yy)
+    N_6_z = -t273
     # link 5 (wrist_bend): moment from link 4
-    t294 = t69 * (c_4 * t155 + s_4 * a_4b_x) + (t67 * (t197 - t238) + t65 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (t294 - s_6 * t281)
-    t298 = t67 * U_5_xy + t60 * U_5_zx - t287
-    t300 = t195 * (t60 + t65) + (t67 * t226 + t69 * (s_5 * a_3_z + c_5 * t186))
-    n_5_z = s_6 * N_6_x - (t233 * (t60 - t65) + t300 - c_6 * t281)
+    t280 = t60 * (c_4 * t141 + s_4 * a_4b_x) + (t59 * (t183 - t224) + t57 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (t280 - s_6 * t267)
+    t284 = t59 * U_5_xy - t50 * U_5_zx - t273
+    t286 = t59 * t212 + t60 * (s_5 * a_3_z + c_5 * t172) - t181 * (t50 - t57)
+    n_5_z = s_6 * N_6_x - (t286 - t219 * (t50 + t57) - c_6 * t267)
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - s_5 * F_5_y - c_5 * t245
-    t314 = J_4_y1 * t197 + t69 * U_5_zy
-    f_4_z = s_5 * t245 + (F_4_z - c_5 * F_5_y)
+    f_4_x = F_4_x - s_5 * F_5_y - c_5 * t231
+    t300 = J_4_y1 * t183 + t60 * U_5_zy
+    f_4_z = s_5 * t231 + (F_4_z - c_5 * F_5_y)
     # link 4 (wrist_roll): moment from link 3
-    t318 = J_4_yy * U_4_zy + (t90 * (t134 - t197) + J_4_y1 * a_3_z)
-    n_4_x = c_5 * n_5_x + (s_5 * t298 + t318)
-    t322 = t84 * (t192 - t195) + t90 * U_4_xy - n_5_z
-    t324 = t191 * (t84 + J_4_yy) + (t131 * (t84 - J_4_yy) - t90 * t179)
-    n_4_z = c_5 * t298 + (J_4_y1 * t186 + t324) - s_5 * n_5_x
+    t304 = t73 * U_4_zy + (t75 * (t120 - t183) + J_4_y1 * a_3_z)
+    n_4_x = c_5 * n_5_x + (s_5 * t284 + t304)
+    t308 = t66 * (t178 - t181) + t75 * U_4_xy - n_5_z
+    t310 = t177 * (t66 + t73) + (t117 * (t66 - t73) - t75 * t165)
+    n_4_z = c_5 * t284 + (J_4_y1 * t172 + t310) - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t314
+    f_4t_y = s_4 * f_4_x - c_4 * t300
     # link 3 (boom): force from link 2
-    t341 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t103 * U_2_zy)
-    f_3_x = s_4 * t314 + t341
-    f_3_y = f_4t_y + (t103 * w_2_xy - J_3_11 * t155)
-    f_3_z = f_4_z + (t103 * t134 + J_3_11 * a_3_z)
+    t327 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t88 * U_2_zy)
+    f_3_x = s_4 * t300 + t327
+    f_3_y = f_4t_y + (t88 * w_2_xy - J_3_11 * t141)
+    f_3_z = f_4_z + (t88 * t120 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t350 = t115 * U_2_zy + t98 * (w_1_zz - t134) - t103 * a_3_x
-    t354 = s_4 * n_4_x + (t350 - J_3_x1 * a_3_z) - c_4 * t322 - p_boom_dh_a * f_4_z
-    t359 = p_boom_dh_a * f_4t_y + (n_4_z + (t98 * w_2_xy - J_3_x1 * t155))
-    t364 = t103 * t155 - w_2_xy * (t111 + t115) - c_4 * n_4_x - s_4 * t322
-    n_2_z = q_3 * f_3_y + t364
+    t336 = t101 * U_2_zy + t83 * (w_1_zz - t120) - t88 * a_3_x
+    t340 = s_4 * n_4_x + (t336 - J_3_x1 * a_3_z) - c_4 * t308 - p_boom_dh_a * f_4_z
+    t345 = p_boom_dh_a * f_4t_y + (n_4_z + (t83 * w_2_xy - J_3_x1 * t141))
+    t350 = t88 * t141 - w_2_xy * (t96 + t101) - c_4 * n_4_x - s_4 * t308
+    n_2_z = q_3 * f_3_y + t350
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # link 2 (shoulder_tilt): moment, in frame 1
-    t372 = c_2 * (t359 + 2.0 * (t111 * t131)) - s_2 * (q_3 * f_3_x + t354)
-    n_2b_z = t372 - p_shoulder_tilt_dh_d * f_2t_x
+    t358 = c_2 * (t345 + 2.0 * (t96 * t117)) - s_2 * (q_3 * f_3_x + t340)
+    n_2b_z = t358 - p_shoulder_tilt_dh_d * f_2t_x
     out[0 * S + k] = n_2b_z
     out[1 * S + k] = n_2_z
     out[2 * S + k] = f_3_z
@@ -3752,13 +3740,13 @@ def _state_derivative(x, u, out, k, S):
     # link 5 (wrist_bend): composite body, before its turn
     t62 = c_5 * c_5
     t63 = s_5 * s_5
-    t68 = t62 * 0.0011500000000000002 - t63 * 0.0268661283
-    t71 = c_5 * s_5 * 0.028016128300000002
+    t68 = t62 * 0.00115 - t63 * 0.0268661283
+    t71 = c_5 * s_5 * 0.0280161283
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
     t74 = C_5t_yz - 5.36544e-05
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t76 = t68 - 0.004499735599999999
+    t76 = t68 - 0.0044997356
     C_4t_y1 = s_4 * m_5_5_f_y + c_4 * 0.029825999999999995
     t83 = s_4 * 0.029825999999999995 - c_4 * m_5_5_f_y
     t86 = s_4 * t74 + c_4 * t71
@@ -3768,7 +3756,7 @@ def _state_derivative(x, u, out, k, S):
     t93 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
     t94 = c_4 * C_5t_xz
-    t96 = s_4 * 0.004499735599999999 - t94
+    t96 = s_4 * 0.0044997356 - t94
     t99 = s_4 * C_5t_xz
     t100 = c_4 * t68 + t99
     # link 3 (boom): composite body
@@ -3776,10 +3764,10 @@ def _state_derivative(x, u, out, k, S):
     t114 = t83 - 0.13134099999999999
     C_3_z1 = m_5_5_f_x - 2.7499110000000004
     # link 2 (shoulder_tilt): composite body
-    t117 = s_4 * (t94 - s_4 * t68) + c_4 * (t99 + c_4 * 0.004499735599999999)
+    t117 = s_4 * (t94 - s_4 * t68) + c_4 * (t99 + c_4 * 0.0044997356)
     C_2_xx = t117 + 0.007999999999999896
     t122 = C_3_z1 + q_3 * 6.470000000000001
-    t128 = q_3 * (C_3_z1 + t122) + (t62 * 0.0268661283 - t63 * 0.0011500000000000002)
+    t128 = q_3 * (C_3_z1 + t122) + (t62 * 0.0268661283 - t63 * 0.00115)
     C_2_yy = t128 + 4.287553293700001
     C_2_yz = t86 + c_5 * 0.0016126928999999999 - q_3 * t114 - 0.055823193300000004
     # link 1 (shoulder_pan): composite body
@@ -3865,8 +3853,7 @@ def _state_derivative(x, u, out, k, S):
     t285 = 0.079443 * (c_4 * t186 + s_4 * a_4b_x) + 0.0268661283 * U_5_zy
     t288 = t285 + 1.0697399999999999e-05 * (t218 - t244) - s_6 * N_6_y
     n_5_x = c_6 * N_6_x + t288
-    t293 = 1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013000000000000002
-    t294 = N_6_z + t293
+    t294 = N_6_z + (1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013)
     t298 = t216 * 0.0255661283 + 1.0697399999999999e-05 * t232
     t303 = t298 + 0.079443 * (s_5 * a_3_z + c_5 * t207) - t239 * 0.0281661283
     t305 = t303 - c_6 * N_6_y - s_6 * N_6_x
@@ -3875,10 +3862,10 @@ def _state_derivative(x, u, out, k, S):
     t319 = 0.029825999999999995 * t218 + 0.079443 * U_5_zy
     f_4_z = 0.029825999999999995 * U_4_zy - c_5 * F_5_y - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t326 = 0.029825999999999995 * a_3_z + U_4_zy * 0.004349735599999999
+    t326 = 0.029825999999999995 * a_3_z + U_4_zy * 0.0043497356
     n_4_x = c_5 * n_5_x + (s_5 * t294 + (t326 - 5.36544e-05 * (t168 - t218)))
     n_4_y = 5.36544e-05 * U_4_xy - t305
-    t337 = 5.36544e-05 * t200 + 0.029825999999999995 * t207 - U_4_xy * 0.004349735599999999
+    t337 = 5.36544e-05 * t200 + 0.029825999999999995 * t207 - U_4_xy * 0.0043497356
     t339 = c_5 * t294 + t337 - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
     f_4t_y = s_4 * f_4_x - c_4 * t319
@@ -3930,7 +3917,7 @@ def _state_derivative(x, u, out, k, S):
     t485 = c_2 * (t93 - c_2 * C_2_xx) + (c_4 * t100 + (t83 * 0.0406 - s_4 * t96))
     t487 = t153 * t397 + (t485 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x))
     t490 = m_2_5_b_z * t408 + t487 - t427 * t440 - t449 * t458
-    t495 = t468 * t478 + t490 - 0.154 * (t114 + t150) - 1.4339328643999998
+    t495 = t468 * t478 + t490 - 0.154 * (t114 + t150) - 1.4339328644
     t505 = u_4 - t339 - t395 * t400 - t394 * t413
     t511 = u_3 - f_3_z - t394 * t411 - t442 * t505
     t518 = u_2 + w_2_xy * 4.279553293700001 - 2.7499110000000004 * t186
@@ -4118,52 +4105,51 @@ def _state_derivative_p(x, u, p, out, k, S):
     t43 = p_hand_inertia_xx * 0.5
     t44 = p_hand_inertia_zz * 0.5
     t45 = p_hand_inertia_yy * 0.5
-    t47 = t43 - t44 - t45
-    t48 = t44 - t45
-    J_6_yy = t43 + t48
+    J_6_xx = t44 + t45 - t43
+    t48 = t45 - t44
+    J_6_yy = t43 - t48
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t52 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t53 = p_wrist_bend_mass * 0.5
-    t54 = t52 * t53
-    t55 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t60 = t53 * t55 + p_wrist_bend_inertia_yy * 0.5
-    t62 = t53 * (t52 + t55) + p_wrist_bend_inertia_xx * 0.5
-    t64 = t54 + t60 - t62
-    t65 = t54 - t60
-    t69 = t62 + (p_hand_com_z * J_6_z1 + (t43 - t48)) - t65
+    t52 = p_wrist_bend_inertia_xx * 0.5
+    t53 = p_wrist_bend_inertia_yy * 0.5
+    t54 = t53 - t52
+    t55 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t60 = p_hand_com_z * J_6_z1 + (t48 + (t43 + (t52 + t53)))
+    t61 = p_wrist_bend_com_z * t55 + t60
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t71 = p_wrist_bend_com_z * J_5_z1
-    t73 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t63 = p_wrist_bend_com_z * J_5_z1
+    t64 = J_6_z1 + t55
     # link 4 (wrist_roll): base parameters
-    t74 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t75 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t77 = p_wrist_roll_mass * 0.5
-    t82 = (t74 + t75) * t77 + p_wrist_roll_inertia_xx * 0.5
-    t84 = t75 * t77 + p_wrist_roll_inertia_yy * 0.5
-    t85 = t82 - t84
-    t87 = t74 * t77 + p_wrist_roll_inertia_zz * 0.5
-    t88 = t85 - t87
-    J_4_yy = t84 + (t82 + (t62 + t65)) - t87
-    t93 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t94 = p_wrist_roll_com_z * t93
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t66 = p_wrist_roll_inertia_xx * 0.5
+    t67 = p_wrist_roll_inertia_yy * 0.5
+    t68 = t66 - t67
+    t69 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t69 - t68
+    t71 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t76 = t54 + t69 - p_wrist_bend_com_y * J_5_z1 - t66 - t67
+    t77 = t76 - p_wrist_roll_com_z * t71
+    t78 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t79 = p_wrist_roll_com_z * t78
+    J_4_y1 = J_5_z1 + t71
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t100 = p_boom_dh_a * p_boom_mass
-    t102 = p_boom_dh_a * t93 - p_boom_com_z * t100
-    J_3_x1 = t100 + p_boom_dh_a * J_4_11
-    t105 = p_boom_mass * p_boom_com_z
-    t107 = t93 - t105
+    t85 = p_boom_dh_a * p_boom_mass
+    t87 = p_boom_dh_a * t78 - p_boom_com_z * t85
+    J_3_x1 = t85 + p_boom_dh_a * J_4_11
+    t90 = p_boom_mass * p_boom_com_z
+    t92 = t78 - t90
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t110 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
-    t112 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
-    t114 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t115 = t112 - t114
-    J_2_xx = t110 - t115
-    t121 = t114 + (t112 + (p_boom_com_z * t105 + (t85 + t87) - t110))
+    t95 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t97 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t99 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    J_2_xx = t95 + (t99 - t97)
+    t102 = t99 - t95
+    t105 = p_boom_com_z * t90 + (p_wrist_roll_com_y * t78 + (t68 + t69))
+    t107 = t97 + (t105 - t102)
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t112 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -4177,252 +4163,251 @@ def _state_derivative_p(x, u, p, out, k, S):
     c_6 = _cos(q_6)
     s_6 = _sin(q_6)
     # link 6 (hand): effort when joint 6 is accelerated
-    t133 = t47 - J_6_yy
+    M_6_6 = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
-    t134 = s_5 * t133
-    t135 = c_5 * t133
+    m_5_6_n_x = s_5 * M_6_6
+    t123 = c_5 * M_6_6
     # link 4 (wrist_roll): effort when joint 6 is accelerated
-    t136 = c_4 * t134
+    m_4_6_n_x = c_4 * m_5_6_n_x
     # link 6 (hand): composite body, before its turn
-    t140 = s_6 * s_6
-    t142 = c_6 * c_6
+    t128 = s_6 * s_6
+    t130 = c_6 * c_6
     # link 6 (hand): Euler, inertial moment
-    t144 = t47 + J_6_yy
+    t132 = J_6_xx - J_6_yy
     # link 6 (hand): composite body, before its turn
-    t146 = t144 * (c_6 * s_6)
+    C_6t_xy = t132 * (c_6 * s_6)
     # link 5 (wrist_bend): composite body
-    t150 = t64 + J_6_yy * t140 - t47 * t142
+    t138 = J_6_xx * t130 + (t54 + J_6_yy * t128)
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t151 = t69 + t150
-    m_5_5_f_x = t73 * c_5
-    m_5_5_f_y = t73 * s_5
-    C_5t_xz = t71 * s_5 - c_5 * t146
-    t159 = s_5 * t146 + t71 * c_5
+    t139 = t61 + t138
+    m_5_5_f_x = t64 * c_5
+    m_5_5_f_y = t64 * s_5
+    C_5t_xz = t63 * s_5 + c_5 * C_6t_xy
+    C_5t_yz = s_5 * C_6t_xy - t63 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t162 = c_4 * C_5t_xz
-    t163 = s_4 * C_5t_xz
+    t150 = c_4 * C_5t_xz
+    t151 = s_4 * C_5t_xz
+    m_4_5_b_z = C_5t_yz + p_boom_dh_a * m_4_5_f_y
     # link 3 (boom): effort when joint 5 is accelerated
-    t171 = t163 - p_boom_dh_a * m_5_5_f_y - c_4 * (t151 + q_3 * m_5_5_f_x)
-    t174 = q_3 * m_4_5_f_y + (s_4 * t151 + t162)
+    t159 = t151 - p_boom_dh_a * m_5_5_f_y - c_4 * (t139 + q_3 * m_5_5_f_x)
+    t162 = q_3 * m_4_5_f_y + (s_4 * t139 + t150)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t180 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    t181 = s_2 * t171 - c_2 * (t159 - p_boom_dh_a * m_4_5_f_y)
-    m_2_5_b_z = t180 + t181
+    t168 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    m_2_5_b_z = t168 + (s_2 * t159 + c_2 * m_4_5_b_z)
     # link 5 (wrist_bend): composite body, before its turn
-    t183 = c_5 * c_5
-    t185 = s_5 * s_5
-    t189 = (t69 - t150) * (c_5 * s_5)
+    t171 = c_5 * c_5
+    t173 = s_5 * s_5
+    t177 = (t61 - t138) * (c_5 * s_5)
     # link 4 (wrist_roll): composite body
-    t193 = t88 - t150 * t183 - t69 * t185
-    C_4_yy = J_6_yy * t142 + (J_4_yy - t47 * t140)
-    t196 = t94 - t159
+    C_4_xx = t61 * t173 + (J_4_xx + t138 * t171)
+    t183 = t77 - J_6_xx * t128 - J_6_yy * t130
+    t184 = t79 + C_5t_yz
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t197 = t193 - C_4_yy
+    M_4_4 = C_4_xx - t183
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t206 = s_4 * t196 + c_4 * t189
-    t209 = p_boom_dh_a * m_4_4_f_y
+    t194 = s_4 * t184 + c_4 * t177
+    t197 = p_boom_dh_a * m_4_4_f_y
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t196 - s_4 * t189 - q_3 * C_4t_y1
+    m_3_4_b_x = c_4 * t184 - s_4 * t177 - q_3 * C_4t_y1
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t214 = s_2 * m_3_4_b_x
+    t202 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
-    t216 = t162 - s_4 * C_4_yy
-    t219 = t163 + c_4 * t193
+    t204 = t150 + s_4 * t183
+    t207 = t151 - c_4 * C_4_xx
     # link 3 (boom): composite body
     C_3_x1 = J_3_x1 + m_4_4_f_y
-    t234 = t107 - m_5_5_f_x
+    t222 = t92 - m_5_5_f_x
     # link 2 (shoulder_tilt): composite body
-    C_2_xx = c_4 * (t163 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t162 - s_4 * t193))
-    C_2_y1 = t234 - q_3 * J_3_11
-    t244 = t150 * t185 + (t121 + t69 * t183) - q_3 * (t234 + C_2_y1)
-    t248 = t102 - t206 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
+    C_2_xx = c_4 * (t151 - c_4 * t183) + (J_2_xx + s_4 * (t150 + s_4 * C_4_xx))
+    C_2_y1 = t222 - q_3 * J_3_11
+    t232 = t138 * t173 + (t107 + t61 * t171) - q_3 * (t222 + C_2_y1)
+    t236 = t87 - t194 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t252 = s_2 * (s_4 * t219 - c_4 * t216 - p_boom_dh_a * C_4t_y1)
-    t254 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
+    t240 = s_2 * (s_4 * t207 - c_4 * t204 - p_boom_dh_a * C_4t_y1)
+    t242 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
     # link 1 (shoulder_pan): composite body
-    t262 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
-    t263 = t134 * (s_2 * s_4) - c_2 * t135
+    t250 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
+    t251 = m_5_6_n_x * (s_2 * s_4) - c_2 * t123
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t280 = s_2 * qd_1
-    t281 = c_2 * qd_1
+    t268 = s_2 * qd_1
+    t269 = c_2 * qd_1
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t280 * t281
-    t286 = qd_2 * t280
-    w_2_xx = t280 * t280
+    w_2_xy = t268 * t269
+    t274 = qd_2 * t268
+    w_2_xx = t268 * t268
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t289 = w_2_xx + w_2_zz
-    U_2_zy = qd_2 * t281 * -2.0
+    t277 = w_2_xx + w_2_zz
+    U_2_zy = qd_2 * t269 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    N_2_z = w_2_xy * (J_2_xx - t121)
+    N_2_z = w_2_xy * (J_2_xx - t107)
     # link 3 (boom): acceleration of its frame
-    a_3_x = p_shoulder_tilt_dh_d * w_1_zz + q_3 * U_2_zy - qd_3 * t280 * 2.0
-    t310 = s_2 * p_g + q_3 * w_2_xy - 2.0 * (qd_2 * qd_3)
-    a_3_z = c_2 * p_g - q_3 * t289
+    a_3_x = p_shoulder_tilt_dh_d * w_1_zz + q_3 * U_2_zy - qd_3 * t268 * 2.0
+    t298 = s_2 * p_g + q_3 * w_2_xy - 2.0 * (qd_2 * qd_3)
+    a_3_z = c_2 * p_g - q_3 * t277
     # link 3 (boom): products of angular velocity
-    w_3_zz = t281 * t281
+    w_3_zz = t269 * t269
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t289 - w_3_zz
+    U_3_xx = w_2_zz - t277 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t328 = s_4 * t280 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t280
+    t316 = s_4 * t268 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t268
     # link 4 (wrist_roll): acceleration field U along the axis
-    t334 = s_4 * w_2_xy - c_4 * U_2_zy
+    t322 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
     a_4b_x = a_3_x + p_boom_dh_a * U_3_xx
     # link 4 (wrist_roll): acceleration
-    t341 = s_4 * t310 - c_4 * a_4b_x
+    t329 = s_4 * t298 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t281
+    omega_4_z = qd_4 + t269
     # link 4 (wrist_roll): products of angular velocity
-    t346 = t328 * omega_4r_y
-    t347 = t328 * omega_4_z
-    w_4_xx = t328 * t328
+    t334 = t316 * omega_4r_y
+    t335 = t316 * omega_4_z
+    w_4_xx = t316 * t316
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t350 = t334 - t347
+    t338 = t322 - t335
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t286 - t346
-    t352 = w_4_xx + w_4_zz
+    U_4_xy = t274 - t334
+    t340 = w_4_xx + w_4_zz
     U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + 2.0 * (omega_4r_y * omega_4_z)
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
     F_4_z = J_4_y1 * U_4_zy
     # link 5 (wrist_bend): angular velocity of link 4
-    t375 = s_5 * omega_4_z + c_5 * t328
-    omega_5r_y = s_5 * t328 - c_5 * omega_4_z
+    t363 = s_5 * omega_4_z + c_5 * t316
+    omega_5r_y = s_5 * t316 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t381 = s_5 * U_4_zy - c_5 * U_4_xy
+    t369 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t388 = t375 * omega_5r_y
-    t389 = t375 * omega_5_z
-    w_5_xx = t375 * t375
+    t376 = t363 * omega_5r_y
+    t377 = t363 * omega_5_z
+    w_5_xx = t363 * t363
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t350 - t388
-    t393 = w_5_xx + w_5_zz
-    U_5_zx = t381 - 2.0 * t389
+    U_5_xy = t338 - t376
+    t381 = w_5_xx + w_5_zz
+    U_5_zx = t369 - 2.0 * t377
     U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    t400 = t73 * U_5_xy
-    F_5_y = t73 * t393
+    t388 = t64 * U_5_xy
+    F_5_y = t64 * t381
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t375
-    omega_6r_y = s_6 * t375 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t363
+    omega_6r_y = s_6 * t363 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t381 - t389
+    alpha_6_z = t369 - t377
     # link 6 (hand): acceleration field U
     U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + 2.0 * (omega_6r_x * omega_6_z)
     U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + 2.0 * (omega_6r_y * omega_6_z)
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t436 = t47 * U_6_zx
-    t440 = omega_6r_y * (t144 * omega_6r_x) + t133 * alpha_6_z
+    t424 = J_6_xx * U_6_zx
+    N_6_z = omega_6r_y * (t132 * omega_6r_x) + M_6_6 * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t446 = t73 * (c_4 * t310 + s_4 * a_4b_x) + (t71 * (t352 - t393) + t69 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (t446 - s_6 * t436)
-    t450 = t71 * U_5_xy + t64 * U_5_zx - t440
-    t452 = t350 * (t64 + t69) + (t71 * t381 + t73 * (s_5 * a_3_z + c_5 * t341))
-    t455 = t388 * (t64 - t69) + t452 - c_6 * t436 - s_6 * N_6_x
+    t434 = t64 * (c_4 * t298 + s_4 * a_4b_x) + (t63 * (t340 - t381) + t61 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (s_6 * t424 + t434)
+    t438 = N_6_z + (t63 * U_5_xy + t54 * U_5_zx)
+    t440 = t338 * (t54 + t61) + (t63 * t369 + t64 * (s_5 * a_3_z + c_5 * t329))
+    t443 = c_6 * t424 + (t376 * (t54 - t61) + t440) - s_6 * N_6_x
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - s_5 * F_5_y - c_5 * t400
-    t466 = J_4_y1 * t352 + t73 * U_5_zy
-    f_4_z = s_5 * t400 + (F_4_z - c_5 * F_5_y)
+    f_4_x = F_4_x - s_5 * F_5_y - c_5 * t388
+    t454 = J_4_y1 * t340 + t64 * U_5_zy
+    f_4_z = s_5 * t388 + (F_4_z - c_5 * F_5_y)
     # link 4 (wrist_roll): moment from link 3
-    t470 = J_4_yy * U_4_zy + (t94 * (t289 - t352) + J_4_y1 * a_3_z)
-    n_4_x = c_5 * n_5_x + (s_5 * t450 + t470)
-    t474 = t455 + (t88 * (t347 - t350) + t94 * U_4_xy)
-    t476 = t346 * (t88 + J_4_yy) + (t286 * (t88 - J_4_yy) - t94 * t334)
-    t479 = c_5 * t450 + (J_4_y1 * t341 + t476) - s_5 * n_5_x
+    t458 = t79 * (t277 - t340) + J_4_y1 * a_3_z - t77 * U_4_zy
+    n_4_x = c_5 * n_5_x + (s_5 * t438 + t458)
+    n_4_y = J_4_xx * (t335 - t338) - t79 * U_4_xy - t443
+    t464 = t334 * (J_4_xx + t77) + (t274 * (J_4_xx - t77) + t79 * t322)
+    t467 = s_5 * n_5_x + (t464 - J_4_y1 * t329 - c_5 * t438)
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t466
+    f_4t_y = s_4 * f_4_x - c_4 * t454
     # link 3 (boom): force from link 2
-    t493 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t107 * U_2_zy)
-    f_3_x = s_4 * t466 + t493
-    f_3_y = f_4t_y + (t107 * w_2_xy - J_3_11 * t310)
-    f_3_z = f_4_z + (t107 * t289 + J_3_11 * a_3_z)
+    t481 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t92 * U_2_zy)
+    f_3_x = s_4 * t454 + t481
+    f_3_y = f_4t_y + (t92 * w_2_xy - J_3_11 * t298)
+    f_3_z = f_4_z + (t92 * t277 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t502 = t121 * U_2_zy + t102 * (w_1_zz - t289) - t107 * a_3_x
-    t506 = s_4 * n_4_x + (t502 - J_3_x1 * a_3_z) - c_4 * t474 - p_boom_dh_a * f_4_z
-    t511 = p_boom_dh_a * f_4t_y + (t479 + (t102 * w_2_xy - J_3_x1 * t310))
+    t490 = t107 * U_2_zy + t87 * (w_1_zz - t277) - t92 * a_3_x
+    t493 = c_4 * n_4_y + (s_4 * n_4_x + (t490 - J_3_x1 * a_3_z))
+    t499 = p_boom_dh_a * f_4t_y + (t87 * w_2_xy - J_3_x1 * t298 - t467)
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t520 = u_5 + t455
-    t521 = u_6 + t440
+    t508 = u_5 + t443
+    t509 = u_6 - N_6_z
     # solve: L D L^T
-    t523 = 1.0 / (t133 - p_hand_added_inertia_inertia)
-    t524 = t263 * t523
-    t525 = t136 * t523
-    t526 = t135 * t523
-    t533 = 1.0 / (t151 + p_wrist_bend_added_inertia_inertia)
-    t534 = m_2_5_b_z * t533
-    t535 = t174 * t533
-    t536 = m_5_5_f_y * t533
-    t537 = t159 * t533
-    t548 = c_2 * (p_shoulder_tilt_dh_d * m_4_4_f_y + (t197 - t209))
-    t551 = t548 + (t214 + t263 * t526 - m_2_5_b_z * t537)
-    t555 = t174 * t537 + (t206 + q_3 * m_4_4_f_y - t136 * t526)
-    t556 = m_5_5_f_y * t537
-    t559 = t197 - p_wrist_roll_added_inertia_inertia - t135 * t526
-    t561 = 1.0 / (t159 * t537 + t559)
-    t562 = t551 * t561
-    t563 = t555 * t561
-    t564 = t556 * t561
-    t571 = s_2 * t262 + (m_2_5_b_z * t536 + t551 * t564)
-    t574 = t555 * t564 + (C_4t_y1 - t174 * t536)
-    t577 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t536
-    t579 = 1.0 / (t556 * t564 + t577)
-    t580 = t571 * t579
-    t581 = t574 * t579
-    t587 = t263 * t525 + (t254 + (t252 - c_2 * t248)) - m_2_5_b_z * t535
-    t589 = t571 * t581 + (t587 - t551 * t563)
-    t592 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t244)
-    t596 = t555 * t563 + (t136 * t525 + t592 - t174 * t535) - t574 * t581
-    t597 = 1.0 / t596
-    t598 = t589 * t597
-    t601 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t605 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
-    t611 = p_shoulder_tilt_com_y * J_2_z1 + (t115 + (p_shoulder_pan_inertia_yy + t110))
-    t616 = t611 + t209 * 2.0 - s_4 * t216 - c_4 * t219 - c_2 * (t214 - c_2 * C_2_xx)
-    t618 = p_shoulder_pan_added_inertia_inertia + (s_2 * (s_2 * t244 - c_2 * m_3_4_b_x) + t616)
-    t621 = t551 * t562 + (t263 * t524 + t618 - m_2_5_b_z * t534)
-    t625 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t601 + (t621 - t571 * t580 - t589 * t598))
-    t626 = p_shoulder_tilt_dh_d * (t605 - C_3_x1 - t262) + t625
-    t636 = t520 * t537 + (u_4 - t479 - t521 * t526)
-    t642 = t520 * t536 + (u_3 - f_3_z) - t564 * t636
-    t648 = s_4 * t474 + (c_4 * n_4_x + (u_2 - N_2_z - t107 * t310))
-    t652 = t563 * t636 + (t521 * t525 + (t648 - q_3 * f_3_y) - t520 * t535)
-    t653 = t581 * t642 + t652
-    t656 = s_2 * (q_3 * f_3_x + t506) + (u_1 - c_2 * (t511 - 2.0 * (J_2_xx * t286)))
-    t658 = t521 * t524 + (p_shoulder_tilt_dh_d * f_2t_x + t656)
-    t662 = t658 - t520 * t534 - t562 * t636 - t580 * t642 - t598 * t653
-    t663 = t662 / t626
-    t670 = t597 * t653 - t598 * t663
-    t674 = t581 * t670 + (t579 * t642 - t580 * t663)
-    t680 = t564 * t674 + (t561 * t636 + t562 * t663 - t563 * t670)
-    t688 = t536 * t674 + (t520 * t533 - t534 * t663 - t535 * t670)
-    t695 = t526 * t680 + (t525 * t670 + (t524 * t663 - t521 * t523))
+    t511 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
+    t512 = t251 * t511
+    t513 = m_4_6_n_x * t511
+    t514 = t123 * t511
+    t521 = 1.0 / (t139 + p_wrist_bend_added_inertia_inertia)
+    t522 = m_2_5_b_z * t521
+    t523 = t162 * t521
+    t524 = m_5_5_f_y * t521
+    t525 = C_5t_yz * t521
+    t536 = c_2 * (M_4_4 + t197 - p_shoulder_tilt_dh_d * m_4_4_f_y)
+    t539 = m_2_5_b_z * t525 + (t202 - t251 * t514) - t536
+    t543 = m_4_6_n_x * t514 + (t194 + q_3 * m_4_4_f_y) - t162 * t525
+    t544 = m_5_5_f_y * t525
+    t547 = M_4_4 + p_wrist_roll_added_inertia_inertia - t123 * t514
+    t549 = 1.0 / (t547 - C_5t_yz * t525)
+    t550 = t539 * t549
+    t551 = t543 * t549
+    t552 = t544 * t549
+    t559 = s_2 * t250 + (m_2_5_b_z * t524 + t539 * t552)
+    t562 = t543 * t552 + (C_4t_y1 - t162 * t524)
+    t565 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t524
+    t567 = 1.0 / (t565 - t544 * t552)
+    t568 = t559 * t567
+    t569 = t562 * t567
+    t575 = t242 + (t240 - c_2 * t236) - t251 * t513 - m_2_5_b_z * t523
+    t577 = t559 * t569 + (t539 * t551 + t575)
+    t580 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t232)
+    t583 = t580 - m_4_6_n_x * t513 - t162 * t523 - t543 * t551
+    t585 = 1.0 / (t583 - t562 * t569)
+    t586 = t577 * t585
+    t591 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t596 = p_shoulder_tilt_com_y * J_2_z1 + (p_shoulder_pan_inertia_yy + t102)
+    t602 = t112 + t596 + t197 * 2.0 - s_4 * t204 - c_4 * t207 - c_2 * (t202 - c_2 * C_2_xx)
+    t604 = p_shoulder_pan_added_inertia_inertia + (s_2 * (s_2 * t232 - c_2 * m_3_4_b_x) + t602)
+    t607 = t604 - t251 * t512 - m_2_5_b_z * t522 - t539 * t550
+    t610 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t607 - t559 * t568 - t577 * t586)
+    t611 = p_shoulder_tilt_dh_d * (t591 - C_3_x1 - t250) + t610
+    t622 = u_4 + t467 - t509 * t514 - t508 * t525
+    t628 = t508 * t524 + (u_3 - f_3_z) - t552 * t622
+    t634 = c_4 * n_4_x + (u_2 - N_2_z - t92 * t298) - s_4 * n_4_y
+    t638 = t509 * t513 + (t634 - q_3 * f_3_y) - t508 * t523 - t551 * t622
+    t639 = t569 * t628 + t638
+    t642 = s_2 * (q_3 * f_3_x + (t493 - p_boom_dh_a * f_4_z)) + (u_1 - c_2 * (t499 - 2.0 * (J_2_xx * t274)))
+    t644 = t509 * t512 + (p_shoulder_tilt_dh_d * f_2t_x + t642)
+    t648 = t550 * t622 + (t644 - t508 * t522) - t568 * t628 - t586 * t639
+    t649 = t648 / (t97 + t611)
+    t656 = t585 * t639 - t586 * t649
+    t660 = t569 * t656 + (t567 * t628 - t568 * t649)
+    t666 = t549 * t622 + t550 * t649 - t551 * t656 - t552 * t660
+    t673 = t524 * t660 + (t508 * t521 - t522 * t649 - t523 * t656)
+    t680 = t513 * t656 + (t509 * t511 + t512 * t649) - t514 * t666
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
     out[2 * S + k] = qd_3
     out[3 * S + k] = qd_4
     out[4 * S + k] = qd_5
     out[5 * S + k] = qd_6
-    out[6 * S + k] = t663
-    out[7 * S + k] = t670
-    out[8 * S + k] = t674
-    out[9 * S + k] = -t680
-    out[10 * S + k] = t688 - t537 * t680
-    out[11 * S + k] = t695
+    out[6 * S + k] = t649
+    out[7 * S + k] = t656
+    out[8 * S + k] = t660
+    out[9 * S + k] = t666
+    out[10 * S + k] = t673 - t525 * t666
+    out[11 * S + k] = t680
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4918,21 +4903,21 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
     t732 = t422 * 0.0268661283 + (omega_4_z - t367) * 2.1394799999999997e-05
     t734 = c_6 * t613 + (t732 - s_6 * t624)
     # link 5 (wrist_bend): moment from link 4
-    t738 = U_5_xy * 1.0697399999999999e-05 + (t340 + alpha_5_y) * 0.0013000000000000002
+    t738 = U_5_xy * 1.0697399999999999e-05 + (t340 + alpha_5_y) * 0.0013
     t740 = t738 + alpha_6_z * 0.0002999999999999999
     # derivative: link 5 (wrist_bend): moment from link 4
-    t742 = t263 * -0.0023000000000000004
-    t745 = t374 * 1.0697399999999999e-05 - (t348 + t400) * 0.0013000000000000002
+    t742 = t263 * -0.0023
+    t745 = t374 * 1.0697399999999999e-05 - (t348 + t400) * 0.0013
     t746 = t745 - t631
-    t749 = t373 * 1.0697399999999999e-05 - (t350 - t394) * 0.0013000000000000002
+    t749 = t373 * 1.0697399999999999e-05 - (t350 - t394) * 0.0013
     t750 = t749 - t628
-    t753 = t375 * 1.0697399999999999e-05 + (t352 - t396) * 0.0013000000000000002
+    t753 = t375 * 1.0697399999999999e-05 + (t352 - t396) * 0.0013
     t754 = t629 + t753
-    t757 = t376 * 1.0697399999999999e-05 - (t354 + t398) * 0.0013000000000000002
+    t757 = t376 * 1.0697399999999999e-05 - (t354 + t398) * 0.0013
     t758 = t630 + t757
     t761 = t329 * 1.0697399999999999e-05 - t392 * 0.0002999999999999999
-    t763 = t761 + (t341 + t392) * 0.0013000000000000002
-    t766 = t377 * 1.0697399999999999e-05 - (t346 - t402) * 0.0013000000000000002
+    t763 = t761 + (t341 + t392) * 0.0013
+    t766 = t377 * 1.0697399999999999e-05 - (t346 - t402) * 0.0013
     t767 = t766 - t632
     t771 = t217 * 0.0255661283 + t290 * 1.0697399999999999e-05
     t776 = t771 + (s_5 * t80 + c_5 * t172) * 0.079443 - t337 * 0.0281661283
@@ -4995,20 +4980,20 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
     t953 = s_5 * t431 + (c_5 * t440 + t124 * 0.05965199999999999)
     # link 4 (wrist_roll): moment from link 3
     t956 = s_5 * t740 - c_5 * t689
-    t960 = a_4b_z * 0.029825999999999995 - t236 * 0.004349735599999999
+    t960 = a_4b_z * 0.029825999999999995 - t236 * 0.0043497356
     n_4_x = t956 + (t960 - (t56 - t226) * 5.36544e-05)
     # derivative: link 4 (wrist_roll): moment from link 3
-    t968 = w_4_xy * 0.0001073088 + t241 * 0.004349735599999999
-    t970 = c_5 * t710 + (t968 - s_5 * t750)
-    t973 = t154 * 0.029825999999999995 - t247 * 0.004349735599999999
-    t977 = c_5 * t724 + (t973 + (t51 - t234) * 5.36544e-05 - s_5 * t758)
+    t969 = w_4_xy * 0.0001073088 + t241 * 0.0043497356 - s_5 * t750
+    t970 = c_5 * t710 + t969
+    t975 = t154 * 0.029825999999999995 - t247 * 0.0043497356 + (t51 - t234) * 5.36544e-05
+    t977 = c_5 * t724 + (t975 - s_5 * t758)
     t979 = t56 * 0.029825999999999995 - c_5 * t453
-    t982 = t78 * 0.029825999999999995 - t244 * 0.004349735599999999
-    t986 = t982 + (t50 - t230) * 5.36544e-05 - s_5 * t754 - c_5 * t717
-    t990 = t80 * 0.029825999999999995 + t238 * 0.008699471199999998
-    t994 = c_5 * t703 + (s_5 * t746 + (t990 + (t53 - t210) * 5.36544e-05))
-    t997 = t124 * 0.008699471199999998 - omega_4_z * 0.0001073088
-    t999 = s_5 * t767 + t997 - c_5 * t734
+    t984 = t78 * 0.029825999999999995 - t244 * 0.0043497356 + (t50 - t230) * 5.36544e-05
+    t986 = t984 - s_5 * t754 - c_5 * t717
+    t992 = t80 * 0.029825999999999995 + t238 * 0.0086994712 + (t53 - t210) * 5.36544e-05
+    t994 = c_5 * t703 + (s_5 * t746 + t992)
+    t998 = s_5 * t767 + (t124 * 0.0086994712 - omega_4_z * 0.0001073088)
+    t999 = t998 - c_5 * t734
     # link 4 (wrist_roll): moment from link 3
     t1002 = t219 * 5.36544e-05 - U_5r_x * 1.0697399999999999e-05
     t1006 = t1002 + (s_5 * a_4b_z - c_5 * t167) * 0.079443 + w_5_xy * 0.0281661283
@@ -5019,13 +5004,13 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
     t1016 = t797 + t225 * 5.36544e-05
     t1018 = t806 + t221 * 5.36544e-05
     t1020 = c_5 * t763 + s_5 * t729 - t956
-    t1025 = t137 * 5.36544e-05 + t168 * 0.029825999999999995 + t193 * 0.004349735599999999
+    t1025 = t137 * 5.36544e-05 + t168 * 0.029825999999999995 + t193 * 0.0043497356
     t1027 = s_5 * t710 + (c_5 * t750 + t1025)
-    t1033 = t138 * 5.36544e-05 + t170 * 0.029825999999999995 - t225 * 0.004349735599999999
+    t1033 = t138 * 5.36544e-05 + t170 * 0.029825999999999995 - t225 * 0.0043497356
     t1035 = c_5 * t754 + t1033 - s_5 * t717
-    t1040 = t139 * 5.36544e-05 - t171 * 0.029825999999999995 - t221 * 0.004349735599999999
+    t1040 = t139 * 5.36544e-05 - t171 * 0.029825999999999995 - t221 * 0.0043497356
     t1042 = s_5 * t724 + (c_5 * t758 + t1040)
-    t1047 = t133 * 5.36544e-05 + t172 * 0.029825999999999995 + t223 * 0.004349735599999999
+    t1047 = t133 * 5.36544e-05 + t172 * 0.029825999999999995 + t223 * 0.0043497356
     t1049 = s_5 * t703 - (c_5 * t746 + t1047)
     t1054 = s_5 * t453 + U_4r_x * 0.029825999999999995
     t1057 = s_5 * t454 + t169 * 0.029825999999999995
@@ -5096,7 +5081,7 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
     t1405 = w_2_xy * 0.11164638660000001 + t55 * 0.055823193300000004
     t1411 = t1405 + (t44 - t54) * 0.007999999999999896 + t67 * 4.287553293700001
     t1415 = t1411 - t97 * 2.7499110000000004 + U_4r_x * 5.36544e-05
-    t1419 = t1415 + t167 * 0.029825999999999995 - t219 * 0.004349735599999999
+    t1419 = t1415 + t167 * 0.029825999999999995 - t219 * 0.0043497356
     t1423 = s_4 * t977 + (t1419 - t880) - c_4 * t1018 - q_3 * (s_4 * t930 + t1171)
     t1427 = t1423 - 0.13134099999999999 * (t103 + t107) + 0.0203 * (t947 + t1077)
     t1435 = (t46 + t58) * 0.007999999999999896 - t63 * 4.287553293700001
@@ -5357,45 +5342,42 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     J_6_yy = t46 + t51
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t55 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t56 = p_wrist_bend_mass * 0.5
-    t57 = t55 * t56
-    t58 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t63 = t56 * t58 + p_wrist_bend_inertia_yy * 0.5
-    t65 = t56 * (t55 + t58) + p_wrist_bend_inertia_xx * 0.5
-    t67 = t57 + t63 - t65
-    t68 = t57 - t63
-    t72 = t65 + (p_hand_com_z * J_6_z1 + (t46 - t51)) - t68
+    t55 = p_wrist_bend_inertia_xx * 0.5
+    t56 = p_wrist_bend_inertia_yy * 0.5
+    t57 = t55 - t56
+    t58 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t63 = t56 + (t55 + (p_hand_com_z * J_6_z1 + (t46 - t51)))
+    t64 = p_wrist_bend_com_z * t58 + t63
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t74 = p_wrist_bend_com_z * J_5_z1
-    t76 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t66 = p_wrist_bend_com_z * J_5_z1
+    t67 = J_6_z1 + t58
     # link 4 (wrist_roll): base parameters
-    t77 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t78 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t80 = p_wrist_roll_mass * 0.5
-    t85 = (t77 + t78) * t80 + p_wrist_roll_inertia_xx * 0.5
-    t87 = t78 * t80 + p_wrist_roll_inertia_yy * 0.5
-    t88 = t85 - t87
-    t90 = t77 * t80 + p_wrist_roll_inertia_zz * 0.5
-    t91 = t88 - t90
-    J_4_yy = t87 + (t85 + (t65 + t68)) - t90
-    t96 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t97 = p_wrist_roll_com_z * t96
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t69 = p_wrist_roll_inertia_xx * 0.5
+    t70 = p_wrist_roll_inertia_yy * 0.5
+    t71 = t69 - t70
+    t72 = p_wrist_roll_inertia_zz * 0.5
+    t73 = t71 - t72
+    t74 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t79 = t70 + (t69 + (t57 + p_wrist_bend_com_y * J_5_z1)) - t72
+    t80 = p_wrist_roll_com_z * t74 + t79
+    t81 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t82 = p_wrist_roll_com_z * t81
+    J_4_y1 = J_5_z1 + t74
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t103 = p_boom_dh_a * p_boom_mass
-    t105 = p_boom_dh_a * t96 - p_boom_com_z * t103
-    J_3_x1 = t103 + p_boom_dh_a * J_4_11
-    t108 = p_boom_mass * p_boom_com_z
-    t110 = t96 - t108
+    t88 = p_boom_dh_a * p_boom_mass
+    t90 = p_boom_dh_a * t81 - p_boom_com_z * t88
+    J_3_x1 = t88 + p_boom_dh_a * J_4_11
+    t93 = p_boom_mass * p_boom_com_z
+    t95 = t81 - t93
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t112 = p_shoulder_tilt_inertia_xx - p_shoulder_tilt_inertia_zz
-    t115 = 0.5 * (p_boom_inertia_yy + t112 - p_boom_inertia_zz)
-    t117 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t118 = t115 - t117
-    t122 = t117 + (t115 + (p_boom_com_z * t108 + (t88 + t90)))
+    t97 = p_shoulder_tilt_inertia_xx - p_shoulder_tilt_inertia_zz
+    t100 = 0.5 * (p_boom_inertia_yy + t97 - p_boom_inertia_zz)
+    t102 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t103 = t100 - t102
+    t106 = p_boom_com_z * t93 + (p_wrist_roll_com_y * t81 + (t71 + t72))
+    t108 = t102 + (t100 + t106)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     # derivative: link 2 (shoulder_tilt): rotation
@@ -5415,647 +5397,646 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # derivative: link 1 (shoulder_pan): products of angular velocity
-    t133 = qd_1 * 2.0
+    t119 = qd_1 * 2.0
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t134 = qd_1 * s_2
+    t120 = qd_1 * s_2
     # derivative: link 2 (shoulder_tilt): angular velocity of link 1
-    t135 = qd_1 * c_2
+    t121 = qd_1 * c_2
     # link 2 (shoulder_tilt): acceleration field U along the axis
     U_3_yx = qdd_1 * c_2
     # derivative: link 2 (shoulder_tilt): acceleration field U along the axis
     U_2r_y = qdd_1 * s_2
     # link 2 (shoulder_tilt): acceleration of its joint
-    t138 = qdd_1 * p_shoulder_tilt_dh_d
+    t124 = qdd_1 * p_shoulder_tilt_dh_d
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t134 * t135
+    w_2_xy = t120 * t121
     # derivative: link 2 (shoulder_tilt): products of angular velocity
-    w_3_zz = t135 * t135
-    t149 = s_2 * t135 + c_2 * t134
-    w_2_xx = t134 * t134
-    t151 = w_3_zz - w_2_xx
+    w_3_zz = t121 * t121
+    t135 = s_2 * t121 + c_2 * t120
+    w_2_xx = t120 * t120
+    t137 = w_3_zz - w_2_xx
     # link 2 (shoulder_tilt): products of angular velocity
-    t152 = qd_2 * t134
+    t138 = qd_2 * t120
     # derivative: link 2 (shoulder_tilt): products of angular velocity
-    t153 = qd_2 * s_2
-    t154 = qd_2 * t135
-    t156 = 2.0 * (s_2 * t134)
-    t157 = 2.0 * w_2_xy
+    t139 = qd_2 * s_2
+    t140 = qd_2 * t121
+    t142 = 2.0 * (s_2 * t120)
+    t143 = 2.0 * w_2_xy
     # link 2 (shoulder_tilt): products of angular velocity
     w_2_zz = qd_2 * qd_2
     # derivative: link 2 (shoulder_tilt): products of angular velocity
-    t159 = qd_2 * 2.0
+    t145 = qd_2 * 2.0
     # link 2 (shoulder_tilt): angular acceleration
-    t160 = U_3_yx - t152
+    t146 = U_3_yx - t138
     # link 2 (shoulder_tilt): acceleration field U
-    t161 = qdd_2 - w_2_xy
-    t162 = w_2_xx + w_2_zz
+    t147 = qdd_2 - w_2_xy
+    t148 = w_2_xx + w_2_zz
     # derivative: link 2 (shoulder_tilt): acceleration field U
-    t164 = U_2r_y + t154
-    t167 = t134 * -2.0
+    t150 = U_2r_y + t140
+    t153 = t120 * -2.0
     # link 2 (shoulder_tilt): acceleration field U
-    t169 = U_2r_y + 2.0 * t154
+    t155 = U_2r_y + 2.0 * t140
     # derivative: link 2 (shoulder_tilt): acceleration field U
-    t170 = t135 * -2.0
-    t172 = -2.0 * (qd_2 * c_2)
-    t174 = U_3_yx - 2.0 * t152
+    t156 = t121 * -2.0
+    t158 = -2.0 * (qd_2 * c_2)
+    t160 = U_3_yx - 2.0 * t138
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t185 = t118 + t122
+    t171 = t103 + t108
     # derivative: link 3 (boom): acceleration of its joint
-    t190 = q_3 * t149
-    t192 = s_2 * t138 - p_g * c_2
-    t193 = q_3 * t151 - t192
-    t195 = q_3 * t156
-    t197 = q_3 * t159
-    t199 = q_3 * t170
+    t176 = q_3 * t135
+    t178 = s_2 * t124 - p_g * c_2
+    t179 = q_3 * t137 - t178
+    t181 = q_3 * t142
+    t183 = q_3 * t145
+    t185 = q_3 * t156
     # link 3 (boom): acceleration of its frame
-    a_3_x = qd_3 * t167 + (p_shoulder_tilt_dh_d * w_1_zz - q_3 * t169)
+    a_3_x = qd_3 * t153 + (p_shoulder_tilt_dh_d * w_1_zz - q_3 * t155)
     # derivative: link 3 (boom): acceleration of its frame
-    t208 = p_shoulder_tilt_dh_d * t133 + q_3 * t172 - 2.0 * (qd_3 * s_2)
-    t211 = q_3 * t174 + 2.0 * (qd_3 * t135)
-    t213 = qd_3 * 2.0
+    t194 = p_shoulder_tilt_dh_d * t119 + q_3 * t158 - 2.0 * (qd_3 * s_2)
+    t197 = q_3 * t160 + 2.0 * (qd_3 * t121)
+    t199 = qd_3 * 2.0
     # link 3 (boom): acceleration of its frame
-    t214 = c_2 * t138 + p_g * s_2
-    t216 = q_3 * t161 + qd_3 * t159 - t214
-    a_3_z = qdd_3 - t192 - q_3 * t162
+    t200 = c_2 * t124 + p_g * s_2
+    t202 = q_3 * t147 + qd_3 * t145 - t200
+    a_3_z = qdd_3 - t178 - q_3 * t148
     # derivative: link 3 (boom): acceleration of its frame
-    t219 = q_3 * t157 + t214
+    t205 = q_3 * t143 + t200
     # link 3 (boom): acceleration field U
-    t221 = t162 + (w_3_zz - w_2_zz)
+    t207 = t148 + (w_3_zz - w_2_zz)
     # derivative: link 3 (boom): acceleration field U
-    t224 = t156 + 2.0 * (c_2 * t135)
+    t210 = t142 + 2.0 * (c_2 * t121)
     # link 3 (boom): Newton, inertial force
-    t231 = t110 * t169
-    t235 = t110 * t161
-    t238 = J_3_x1 * U_3_yx
+    t217 = t95 * t155
+    t221 = t95 * t147
+    t224 = J_3_x1 * U_3_yx
     # derivative: link 3 (boom): Newton, inertial force
-    t239 = J_3_x1 * U_2r_y
-    t242 = J_3_11 * t161
-    t244 = J_3_11 * t159
-    t249 = t110 * t159
-    t252 = J_3_11 * t162
+    t225 = J_3_x1 * U_2r_y
+    t228 = J_3_11 * t147
+    t230 = J_3_11 * t145
+    t235 = t95 * t145
+    t238 = J_3_11 * t148
     # derivative: link 4 (wrist_roll): angular velocity of link 3
-    t272 = s_2 * s_4
-    t273 = s_4 * t135
+    t258 = s_2 * s_4
+    t259 = s_4 * t121
     # link 4 (wrist_roll): angular velocity of link 3
-    t276 = s_4 * t134 + qd_2 * c_4
+    t262 = s_4 * t120 + qd_2 * c_4
     # derivative: link 4 (wrist_roll): angular velocity of link 3
-    t277 = c_4 * t134 - qd_2 * s_4
-    t278 = s_2 * c_4
-    t279 = c_4 * t135
+    t263 = c_4 * t120 - qd_2 * s_4
+    t264 = s_2 * c_4
+    t265 = c_4 * t121
     # derivative: link 4 (wrist_roll): acceleration field U along the axis
-    t286 = c_4 * t170
+    t272 = c_4 * t156
     # link 4 (wrist_roll): acceleration field U along the axis
-    U_4r_x = s_4 * t161 - c_4 * t169
+    U_4r_x = s_4 * t147 - c_4 * t155
     # derivative: link 4 (wrist_roll): acceleration field U along the axis
-    t290 = c_4 * t161 + s_4 * t169
-    t291 = s_4 * t149 - c_4 * t172
-    t292 = s_4 * t151 + c_4 * t174
+    t276 = c_4 * t147 + s_4 * t155
+    t277 = s_4 * t135 - c_4 * t158
+    t278 = s_4 * t137 + c_4 * t160
     # link 4 (wrist_roll): acceleration of its joint
-    a_4b_x = a_3_x - p_boom_dh_a * t221
+    a_4b_x = a_3_x - p_boom_dh_a * t207
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t300 = t208 - p_boom_dh_a * t224
+    t286 = t194 - p_boom_dh_a * t210
     # link 4 (wrist_roll): acceleration of its joint
-    t301 = p_boom_dh_a * U_3_yx
+    t287 = p_boom_dh_a * U_3_yx
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t302 = p_boom_dh_a * U_2r_y
+    t288 = p_boom_dh_a * U_2r_y
     # link 4 (wrist_roll): acceleration of its joint
-    t303 = t216 + t301
+    t289 = t202 + t287
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t304 = t193 + t302
+    t290 = t179 + t288
     # link 4 (wrist_roll): acceleration of its joint
-    a_4b_z = a_3_z + t302
+    a_4b_z = a_3_z + t288
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t306 = t219 - t301
+    t292 = t205 - t287
     # link 4 (wrist_roll): acceleration
-    t319 = s_4 * t303 + c_4 * a_4b_x
+    t305 = s_4 * t289 + c_4 * a_4b_x
     # derivative: link 4 (wrist_roll): acceleration
-    t320 = c_4 * t303 - s_4 * a_4b_x
-    t321 = s_4 * t159 + c_4 * t167
-    t322 = s_4 * t190 - c_4 * t300
-    t323 = s_4 * t304 + c_4 * t211
-    t324 = s_4 * t213 + c_4 * t199
+    t306 = c_4 * t289 - s_4 * a_4b_x
+    t307 = s_4 * t145 + c_4 * t153
+    t308 = s_4 * t176 - c_4 * t286
+    t309 = s_4 * t290 + c_4 * t197
+    t310 = s_4 * t199 + c_4 * t185
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t135
+    omega_4_z = qd_4 + t121
     # link 4 (wrist_roll): products of angular velocity
-    w_4_xy = t276 * t277
+    w_4_xy = t262 * t263
     # derivative: link 4 (wrist_roll): products of angular velocity
-    t344 = c_4 * t277 - s_4 * t276
-    w_4_xx = t276 * t276
-    t346 = t277 * t277 - w_4_xx
-    t348 = t272 * t277 + t276 * t278
-    t350 = t273 * t277 + t276 * t279
+    t330 = c_4 * t263 - s_4 * t262
+    w_4_xx = t262 * t262
+    t332 = t263 * t263 - w_4_xx
+    t334 = t258 * t263 + t262 * t264
+    t336 = t259 * t263 + t262 * t265
     # link 4 (wrist_roll): products of angular velocity
-    t351 = t276 * omega_4_z
+    t337 = t262 * omega_4_z
     # derivative: link 4 (wrist_roll): products of angular velocity
-    t352 = t277 * omega_4_z
-    t355 = c_4 * omega_4_z
-    t357 = t272 * omega_4_z + c_2 * t276
-    t359 = t273 * omega_4_z - t134 * t276
-    t366 = 2.0 * w_4_xy
-    t368 = 2.0 * (c_4 * t276)
+    t338 = t263 * omega_4_z
+    t341 = c_4 * omega_4_z
+    t343 = t258 * omega_4_z + c_2 * t262
+    t345 = t259 * omega_4_z - t120 * t262
+    t352 = 2.0 * w_4_xy
+    t354 = 2.0 * (c_4 * t262)
     # link 4 (wrist_roll): products of angular velocity
     w_4_zz = omega_4_z * omega_4_z
     # derivative: link 4 (wrist_roll): products of angular velocity
-    t370 = 2.0 * omega_4_z
+    t356 = 2.0 * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    alpha_4_y = U_4r_x + t351
+    alpha_4_y = U_4r_x + t337
     # derivative: link 4 (wrist_roll): angular acceleration
-    t372 = t290 + t352
-    t373 = t291 - t357
-    t374 = t292 - t359
-    t375 = t286 + t355
+    t358 = t276 + t338
+    t359 = t277 - t343
+    t360 = t278 - t345
+    t361 = t272 + t341
     # link 4 (wrist_roll): angular acceleration
-    alpha_4_z = qdd_4 + t160
+    alpha_4_z = qdd_4 + t146
     # link 4 (wrist_roll): acceleration field U
     U_4_xy = w_4_xy - alpha_4_z
     # derivative: link 4 (wrist_roll): acceleration field U
-    t378 = t164 + t350
-    t379 = t134 + t344
-    t380 = t153 + t348
+    t364 = t150 + t336
+    t365 = t120 + t330
+    t366 = t139 + t334
     # link 4 (wrist_roll): acceleration field U
-    t381 = w_4_xx + w_4_zz
+    t367 = w_4_xx + w_4_zz
     # derivative: link 4 (wrist_roll): acceleration field U
-    t385 = 2.0 * (t272 * t276 + c_2 * omega_4_z)
-    t389 = 2.0 * (t273 * t276 - t134 * omega_4_z)
+    t371 = 2.0 * (t258 * t262 + c_2 * omega_4_z)
+    t375 = 2.0 * (t259 * t262 - t120 * omega_4_z)
     # link 4 (wrist_roll): acceleration field U
-    t396 = t290 + 2.0 * t352
+    t382 = t276 + 2.0 * t338
     # derivative: link 4 (wrist_roll): acceleration field U
-    t399 = s_4 * (2.0 * t135 - t370)
-    t401 = U_4r_x + 2.0 * t351
-    t404 = c_4 * t149 + s_4 * t172 - 2.0 * (t278 * omega_4_z + c_2 * t277)
-    t407 = c_4 * t151 - s_4 * t174 - 2.0 * (t279 * omega_4_z - t134 * t277)
-    t408 = -2.0 * t277
+    t385 = s_4 * (2.0 * t121 - t356)
+    t387 = U_4r_x + 2.0 * t337
+    t390 = c_4 * t135 + s_4 * t158 - 2.0 * (t264 * omega_4_z + c_2 * t263)
+    t393 = c_4 * t137 - s_4 * t160 - 2.0 * (t265 * omega_4_z - t120 * t263)
+    t394 = -2.0 * t263
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
     # link 4 (wrist_roll): Euler, inertial moment
-    t457 = t91 - J_4_yy
-    t467 = t91 + J_4_yy
+    t443 = t73 - t80
+    t453 = t73 + t80
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t476 = J_4_y1 * U_4r_x
-    t478 = J_4_y1 * t321
+    t462 = J_4_y1 * U_4r_x
+    t464 = J_4_y1 * t307
     # derivative: link 5 (wrist_bend): angular velocity of link 4
-    t486 = c_5 * t277
-    t489 = c_4 * c_5
+    t472 = c_5 * t263
+    t475 = c_4 * c_5
     # link 5 (wrist_bend): angular velocity of link 4
-    t490 = s_5 * omega_4_z + c_5 * t276
+    t476 = s_5 * omega_4_z + c_5 * t262
     # derivative: link 5 (wrist_bend): angular velocity of link 4
-    t491 = c_5 * omega_4_z - s_5 * t276
-    t492 = c_2 * s_5 + c_5 * t272
-    t493 = s_5 * t134 - c_5 * t273
-    t494 = s_5 * t277
-    t497 = c_4 * s_5
-    t500 = s_5 * t272 - c_2 * c_5
-    t501 = s_5 * t273 + c_5 * t134
+    t477 = c_5 * omega_4_z - s_5 * t262
+    t478 = c_2 * s_5 + c_5 * t258
+    t479 = s_5 * t120 - c_5 * t259
+    t480 = s_5 * t263
+    t483 = c_4 * s_5
+    t486 = s_5 * t258 - c_2 * c_5
+    t487 = s_5 * t259 + c_5 * t120
     # derivative: link 5 (wrist_bend): acceleration field U along the axis
-    t508 = s_5 * t408
+    t494 = s_5 * t394
     # link 5 (wrist_bend): acceleration field U along the axis
-    U_5r_x = s_5 * t396 + c_5 * U_4_xy
+    U_5r_x = s_5 * t382 + c_5 * U_4_xy
     # derivative: link 5 (wrist_bend): acceleration field U along the axis
-    t516 = c_5 * t396 - s_5 * U_4_xy
-    t517 = s_5 * t399 + c_5 * t379
-    t518 = s_5 * t401 - c_5 * t346
-    t519 = s_5 * t404 - c_5 * t380
-    t520 = s_5 * t407 - c_5 * t378
+    t502 = c_5 * t382 - s_5 * U_4_xy
+    t503 = s_5 * t385 + c_5 * t365
+    t504 = s_5 * t387 - c_5 * t332
+    t505 = s_5 * t390 - c_5 * t366
+    t506 = s_5 * t393 - c_5 * t364
     # link 5 (wrist_bend): angular velocity
-    omega_5_z = qd_5 - t277
+    omega_5_z = qd_5 - t263
     # link 5 (wrist_bend): products of angular velocity
-    w_5_xy = t490 * t491
+    w_5_xy = t476 * t477
     # derivative: link 5 (wrist_bend): products of angular velocity
-    w_5_xx = t490 * t490
-    t556 = t491 * t491 - w_5_xx
-    t558 = t486 * t491 - t490 * t494
-    t560 = t491 * t492 - t490 * t500
-    t562 = t491 * t493 + t490 * t501
-    t564 = t489 * t491 - t490 * t497
-    t566 = s_5 * t491 + c_5 * t490
+    w_5_xx = t476 * t476
+    t542 = t477 * t477 - w_5_xx
+    t544 = t472 * t477 - t476 * t480
+    t546 = t477 * t478 - t476 * t486
+    t548 = t477 * t479 + t476 * t487
+    t550 = t475 * t477 - t476 * t483
+    t552 = s_5 * t477 + c_5 * t476
     # link 5 (wrist_bend): products of angular velocity
-    t567 = t490 * omega_5_z
+    t553 = t476 * omega_5_z
     # derivative: link 5 (wrist_bend): products of angular velocity
-    t568 = t491 * omega_5_z
-    t573 = s_5 * omega_5_z
-    t575 = t489 * omega_5_z + s_4 * t490
-    t577 = t486 * omega_5_z + t276 * t490
-    t579 = t492 * omega_5_z - t278 * t490
-    t581 = t493 * omega_5_z + t279 * t490
-    t594 = 2.0 * w_5_xy
-    t596 = 2.0 * (s_5 * t490)
+    t554 = t477 * omega_5_z
+    t559 = s_5 * omega_5_z
+    t561 = t475 * omega_5_z + s_4 * t476
+    t563 = t472 * omega_5_z + t262 * t476
+    t565 = t478 * omega_5_z - t264 * t476
+    t567 = t479 * omega_5_z + t265 * t476
+    t580 = 2.0 * w_5_xy
+    t582 = 2.0 * (s_5 * t476)
     # link 5 (wrist_bend): products of angular velocity
     w_5_zz = omega_5_z * omega_5_z
     # derivative: link 5 (wrist_bend): products of angular velocity
-    t598 = 2.0 * omega_5_z
+    t584 = 2.0 * omega_5_z
     # link 5 (wrist_bend): angular acceleration
-    alpha_5_y = U_5r_x + t567
+    alpha_5_y = U_5r_x + t553
     alpha_5_z = qdd_5 + alpha_4_y
     # link 5 (wrist_bend): acceleration field U
     U_5_xy = w_5_xy - alpha_5_z
     # derivative: link 5 (wrist_bend): acceleration field U
-    t602 = t372 - t558
-    t603 = t375 - t564
-    t604 = t373 + t560
-    t605 = t374 - t562
-    t606 = t276 - t566
+    t588 = t358 - t544
+    t589 = t361 - t550
+    t590 = t359 + t546
+    t591 = t360 - t548
+    t592 = t262 - t552
     # link 5 (wrist_bend): acceleration field U
-    t607 = w_5_xx + w_5_zz
+    t593 = w_5_xx + w_5_zz
     # derivative: link 5 (wrist_bend): acceleration field U
-    t611 = 2.0 * (t489 * t490 + s_4 * omega_5_z)
-    t615 = 2.0 * (t486 * t490 + t276 * omega_5_z)
-    t619 = 2.0 * (t490 * t492 - t278 * omega_5_z)
-    t623 = 2.0 * (t490 * t493 + t279 * omega_5_z)
-    t625 = t516 + t568
-    t627 = t518 - t577
-    t629 = t519 - t579
-    t631 = t520 + t581
-    t633 = t517 + t575
-    t635 = t508 - t573
+    t597 = 2.0 * (t475 * t476 + s_4 * omega_5_z)
+    t601 = 2.0 * (t472 * t476 + t262 * omega_5_z)
+    t605 = 2.0 * (t476 * t478 - t264 * omega_5_z)
+    t609 = 2.0 * (t476 * t479 + t265 * omega_5_z)
+    t611 = t502 + t554
+    t613 = t504 - t563
+    t615 = t505 - t565
+    t617 = t506 + t567
+    t619 = t503 + t561
+    t621 = t494 - t559
     # link 5 (wrist_bend): acceleration field U
-    t638 = t516 + 2.0 * t568
+    t624 = t502 + 2.0 * t554
     # derivative: link 5 (wrist_bend): acceleration field U
-    t640 = U_5r_x + 2.0 * t567
-    t643 = c_5 * t401 + s_5 * t346 + 2.0 * (t494 * omega_5_z - t276 * t491)
-    t646 = c_5 * t404 + s_5 * t380 + 2.0 * (t500 * omega_5_z + t278 * t491)
-    t649 = c_5 * t407 + s_5 * t378 + 2.0 * (t501 * omega_5_z + t279 * t491)
-    t652 = c_5 * t399 - s_5 * t379 - 2.0 * (t497 * omega_5_z - s_4 * t491)
-    t654 = c_5 * (t408 - t598)
-    t655 = -2.0 * t491
+    t626 = U_5r_x + 2.0 * t553
+    t629 = c_5 * t387 + s_5 * t332 + 2.0 * (t480 * omega_5_z - t262 * t477)
+    t632 = c_5 * t390 + s_5 * t366 + 2.0 * (t486 * omega_5_z + t264 * t477)
+    t635 = c_5 * t393 + s_5 * t364 + 2.0 * (t487 * omega_5_z + t265 * t477)
+    t638 = c_5 * t385 - s_5 * t365 - 2.0 * (t483 * omega_5_z - s_4 * t477)
+    t640 = c_5 * (t394 - t584)
+    t641 = -2.0 * t477
     # link 5 (wrist_bend): Newton, inertial force
-    t656 = t76 * U_5_xy
+    t642 = t67 * U_5_xy
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t657 = t76 * t556
-    t658 = t76 * t602
-    t659 = t76 * t604
-    t660 = t76 * t605
-    t661 = t76 * t603
-    t662 = t76 * t606
+    t643 = t67 * t542
+    t644 = t67 * t588
+    t645 = t67 * t590
+    t646 = t67 * t591
+    t647 = t67 * t589
+    t648 = t67 * t592
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_y = t76 * t607
+    F_5_y = t67 * t593
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t664 = t76 * t594
-    t665 = t76 * t615
-    t666 = t76 * t619
-    t667 = t76 * t623
-    t668 = t76 * t611
-    t669 = t76 * t596
-    t670 = t76 * t598
+    t650 = t67 * t580
+    t651 = t67 * t601
+    t652 = t67 * t605
+    t653 = t67 * t609
+    t654 = t67 * t597
+    t655 = t67 * t582
+    t656 = t67 * t584
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_z = t76 * t638
+    F_5_z = t67 * t624
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t672 = t76 * t640
-    t678 = t76 * t655
+    t658 = t67 * t626
+    t664 = t67 * t641
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t704 = t76 * t290
-    t706 = t76 * (c_4 * t159 - s_4 * t167)
-    t731 = t76 * c_5
-    t734 = t76 * (s_5 * t162 + c_5 * U_4r_x)
-    t736 = t321 * t731
+    t690 = t67 * t276
+    t692 = t67 * (c_4 * t145 - s_4 * t153)
+    t717 = t67 * c_5
+    t720 = t67 * (s_5 * t148 + c_5 * U_4r_x)
+    t722 = t307 * t717
     # link 5 (wrist_bend): Euler, inertial moment
-    t738 = t67 + t72
-    t745 = t67 - t72
+    t724 = t57 - t64
+    t731 = t57 + t64
     # derivative: link 6 (hand): angular velocity of link 5
-    t761 = c_6 * t491
-    t766 = s_5 * c_6
+    t747 = c_6 * t477
+    t752 = s_5 * c_6
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t490
+    omega_6r_x = s_6 * omega_5_z - c_6 * t476
     # derivative: link 6 (hand): angular velocity of link 5
-    omega_6r_y = c_6 * omega_5_z + s_6 * t490
-    t769 = s_6 * t276 - c_6 * t486
-    t770 = s_6 * t278 + c_6 * t492
-    t771 = s_6 * t279 - c_6 * t493
-    t772 = s_4 * s_6 - c_6 * t489
-    t773 = s_6 * t491
-    t778 = s_5 * s_6
-    t783 = s_6 * t486 + c_6 * t276
-    t784 = s_6 * t492 - c_6 * t278
-    t785 = s_6 * t493 + c_6 * t279
-    t786 = s_6 * t489 + s_4 * c_6
+    omega_6r_y = c_6 * omega_5_z + s_6 * t476
+    t755 = s_6 * t262 - c_6 * t472
+    t756 = s_6 * t264 + c_6 * t478
+    t757 = s_6 * t265 - c_6 * t479
+    t758 = s_4 * s_6 - c_6 * t475
+    t759 = s_6 * t477
+    t764 = s_5 * s_6
+    t769 = s_6 * t472 + c_6 * t262
+    t770 = s_6 * t478 - c_6 * t264
+    t771 = s_6 * t479 + c_6 * t265
+    t772 = s_6 * t475 + s_4 * c_6
     # link 6 (hand): angular velocity
-    omega_6_z = qd_6 + t491
+    omega_6_z = qd_6 + t477
     # link 6 (hand): angular acceleration
     alpha_6_z = qdd_6 - alpha_5_y
     # link 6 (hand): acceleration field U
-    t880 = s_6 * t638 - c_6 * U_5_xy - 2.0 * (omega_6r_x * omega_6_z)
+    t866 = s_6 * t624 - c_6 * U_5_xy - 2.0 * (omega_6r_x * omega_6_z)
     # derivative: link 6 (hand): acceleration field U
-    t884 = c_6 * t638 + s_6 * U_5_xy - 2.0 * (omega_6r_y * omega_6_z)
-    t887 = s_6 * t640 + c_6 * t556 - 2.0 * (t761 * omega_6_z + t490 * omega_6r_x)
-    t890 = s_6 * t643 - c_6 * t602 + 2.0 * (t769 * omega_6_z - t494 * omega_6r_x)
-    t893 = s_6 * t646 + c_6 * t604 - 2.0 * (t770 * omega_6_z + t500 * omega_6r_x)
-    t896 = s_6 * t649 + c_6 * t605 - 2.0 * (t771 * omega_6_z + t501 * omega_6r_x)
-    t899 = s_6 * t652 + c_6 * t603 - 2.0 * (t772 * omega_6_z - t497 * omega_6r_x)
-    t902 = s_6 * t654 - c_6 * t606 - 2.0 * (t766 * omega_6_z - c_5 * omega_6r_x)
-    t904 = 2.0 * (t491 - omega_6_z)
-    t907 = c_6 * t652 - s_6 * t603 - 2.0 * (t786 * omega_6_z - t497 * omega_6r_y)
-    t910 = c_6 * t643 + s_6 * t602 + 2.0 * (t783 * omega_6_z - t494 * omega_6r_y)
-    t913 = c_6 * t646 - s_6 * t604 + 2.0 * (t784 * omega_6_z - t500 * omega_6r_y)
-    t916 = c_6 * t649 - s_6 * t605 - 2.0 * (t785 * omega_6_z + t501 * omega_6r_y)
-    t919 = c_6 * t640 - s_6 * t556 + 2.0 * (t773 * omega_6_z - t490 * omega_6r_y)
-    t922 = c_6 * t654 + s_6 * t606 + 2.0 * (t778 * omega_6_z + c_5 * omega_6r_y)
+    t870 = c_6 * t624 + s_6 * U_5_xy - 2.0 * (omega_6r_y * omega_6_z)
+    t873 = s_6 * t626 + c_6 * t542 - 2.0 * (t747 * omega_6_z + t476 * omega_6r_x)
+    t876 = s_6 * t629 - c_6 * t588 + 2.0 * (t755 * omega_6_z - t480 * omega_6r_x)
+    t879 = s_6 * t632 + c_6 * t590 - 2.0 * (t756 * omega_6_z + t486 * omega_6r_x)
+    t882 = s_6 * t635 + c_6 * t591 - 2.0 * (t757 * omega_6_z + t487 * omega_6r_x)
+    t885 = s_6 * t638 + c_6 * t589 - 2.0 * (t758 * omega_6_z - t483 * omega_6r_x)
+    t888 = s_6 * t640 - c_6 * t592 - 2.0 * (t752 * omega_6_z - c_5 * omega_6r_x)
+    t890 = 2.0 * (t477 - omega_6_z)
+    t893 = c_6 * t638 - s_6 * t589 - 2.0 * (t772 * omega_6_z - t483 * omega_6r_y)
+    t896 = c_6 * t629 + s_6 * t588 + 2.0 * (t769 * omega_6_z - t480 * omega_6r_y)
+    t899 = c_6 * t632 - s_6 * t590 + 2.0 * (t770 * omega_6_z - t486 * omega_6r_y)
+    t902 = c_6 * t635 - s_6 * t591 - 2.0 * (t771 * omega_6_z + t487 * omega_6r_y)
+    t905 = c_6 * t626 - s_6 * t542 + 2.0 * (t759 * omega_6_z - t476 * omega_6r_y)
+    t908 = c_6 * t640 + s_6 * t592 + 2.0 * (t764 * omega_6_z + c_5 * omega_6r_y)
     # link 6 (hand): Euler, inertial moment
-    t923 = J_6_yy * t884
+    t909 = J_6_yy * t870
     # derivative: link 6 (hand): Euler, inertial moment
-    t924 = J_6_yy * t880
-    t926 = t904 * (J_6_yy * c_6)
-    t927 = J_6_yy * t907
-    t928 = J_6_yy * t910
-    t929 = J_6_yy * t913
-    t930 = J_6_yy * t916
-    t931 = J_6_yy * t919
-    t932 = J_6_yy * t922
-    t934 = 2.0 * (J_6_yy * omega_6r_y)
+    t910 = J_6_yy * t866
+    t912 = t890 * (J_6_yy * c_6)
+    t913 = J_6_yy * t893
+    t914 = J_6_yy * t896
+    t915 = J_6_yy * t899
+    t916 = J_6_yy * t902
+    t917 = J_6_yy * t905
+    t918 = J_6_yy * t908
+    t920 = 2.0 * (J_6_yy * omega_6r_y)
     # link 6 (hand): Euler, inertial moment
-    t935 = t50 * t880
+    t921 = t50 * t866
     # derivative: link 6 (hand): Euler, inertial moment
-    t936 = t50 * t884
-    t938 = t904 * (t50 * s_6)
-    t939 = t50 * t899
-    t940 = t50 * t890
-    t941 = t50 * t893
-    t942 = t50 * t896
-    t943 = t50 * t887
-    t944 = t50 * t902
-    t946 = 2.0 * (t50 * omega_6r_x)
+    t922 = t50 * t870
+    t924 = t890 * (t50 * s_6)
+    t925 = t50 * t885
+    t926 = t50 * t876
+    t927 = t50 * t879
+    t928 = t50 * t882
+    t929 = t50 * t873
+    t930 = t50 * t888
+    t932 = 2.0 * (t50 * omega_6r_x)
     # link 6 (hand): Euler, inertial moment
-    t947 = t50 + J_6_yy
+    t933 = t50 + J_6_yy
     # derivative: link 6 (hand): Euler, inertial moment
-    t950 = (omega_6r_y * omega_6r_y - omega_6r_x * omega_6r_x) * t947
-    t952 = (s_6 * omega_6r_y + c_6 * omega_6r_x) * t947
-    t953 = (omega_6r_y * t772 + omega_6r_x * t786) * t947
+    t936 = (omega_6r_y * omega_6r_y - omega_6r_x * omega_6r_x) * t933
+    t938 = (s_6 * omega_6r_y + c_6 * omega_6r_x) * t933
+    t939 = (omega_6r_y * t758 + omega_6r_x * t772) * t933
     # link 6 (hand): Euler, inertial moment
-    t959 = t50 - J_6_yy
+    t945 = t50 - J_6_yy
     # derivative: link 6 (hand): Euler, inertial moment
-    t965 = t633 * t959
-    t967 = t490 * t959
-    t968 = (t761 * omega_6r_y - omega_6r_x * t773) * t947 + t625 * t959
-    t969 = (omega_6r_y * t769 + omega_6r_x * t783) * t947 + t627 * t959
-    t971 = (omega_6r_y * t770 - omega_6r_x * t784) * t947 - t629 * t959
-    t972 = (omega_6r_y * t771 + omega_6r_x * t785) * t947 - t631 * t959
-    t975 = (t766 * omega_6r_y - omega_6r_x * t778) * t947 - t635 * t959
+    t951 = t619 * t945
+    t953 = t476 * t945
+    t954 = (t747 * omega_6r_y - omega_6r_x * t759) * t933 + t611 * t945
+    t955 = (omega_6r_y * t755 + omega_6r_x * t769) * t933 + t613 * t945
+    t957 = (omega_6r_y * t756 - omega_6r_x * t770) * t933 - t615 * t945
+    t958 = (omega_6r_y * t757 + omega_6r_x * t771) * t933 - t617 * t945
+    t961 = (t752 * omega_6r_y - omega_6r_x * t764) * t933 - t621 * t945
     # derivative: link 6 (hand): moment, before its turn
-    t1000 = c_6 * t935 + s_6 * t923
-    t1002 = t1000 + (s_6 * t936 + c_6 * t924)
-    t1003 = s_6 * t946 - c_6 * t934
-    t1015 = s_6 * t927
-    t1022 = s_6 * t935 - c_6 * t923
-    t1023 = c_6 * t936 - s_6 * t924
-    t1024 = t1023 - t1022
-    t1026 = c_6 * t938 + s_6 * t926
-    t1028 = c_6 * t946 + s_6 * t934
+    t986 = c_6 * t921 + s_6 * t909
+    t988 = t986 + (s_6 * t922 + c_6 * t910)
+    t989 = s_6 * t932 - c_6 * t920
+    t1001 = s_6 * t913
+    t1008 = s_6 * t921 - c_6 * t909
+    t1009 = c_6 * t922 - s_6 * t910
+    t1010 = t1009 - t1008
+    t1012 = c_6 * t924 + s_6 * t912
+    t1014 = c_6 * t932 + s_6 * t920
     # link 5 (wrist_bend): moment from link 4
-    n_5_x = t1022 + (t74 * (t381 - t607) - t72 * t638 - t76 * t320)
+    n_5_x = t1008 + (t66 * (t367 - t593) - t64 * t624 - t67 * t306)
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1034 = c_6 * t926 + (t74 * t598 - t72 * t655 - s_6 * t938)
-    t1036 = t74 * (t368 - t611) - t72 * t652 - t76 * (c_4 * t213 - s_4 * t199)
-    t1038 = s_6 * t939 + t1036 - c_6 * t927
-    t1041 = t76 * t319 + (t74 * (t366 - t615) + t72 * t643) - s_6 * t940
-    t1042 = c_6 * t928 + t1041
-    t1044 = t76 * (c_4 * t190 + s_4 * t300) + (t74 * (t385 - t619) + t72 * t646)
-    t1046 = c_6 * t929 + (t1044 - s_6 * t941)
-    t1048 = t76 * (c_4 * t304 - s_4 * t211) + (t74 * (t389 + t623) + t72 * t649)
-    t1050 = c_6 * t930 + (t1048 - s_6 * t942)
-    t1053 = s_6 * t943 + (t74 * t594 - t72 * t640) - c_6 * t931
-    t1056 = c_6 * t932 + (t74 * (t370 - t596) + t72 * t654 - s_6 * t944)
+    t1020 = c_6 * t912 + (t66 * t584 - t64 * t641 - s_6 * t924)
+    t1022 = t66 * (t354 - t597) - t64 * t638 - t67 * (c_4 * t199 - s_4 * t185)
+    t1024 = s_6 * t925 + t1022 - c_6 * t913
+    t1027 = t67 * t305 + (t66 * (t352 - t601) + t64 * t629) - s_6 * t926
+    t1028 = c_6 * t914 + t1027
+    t1030 = t67 * (c_4 * t176 + s_4 * t286) + (t66 * (t371 - t605) + t64 * t632)
+    t1032 = c_6 * t915 + (t1030 - s_6 * t927)
+    t1034 = t67 * (c_4 * t290 - s_4 * t197) + (t66 * (t375 + t609) + t64 * t635)
+    t1036 = c_6 * t916 + (t1034 - s_6 * t928)
+    t1039 = s_6 * t929 + (t66 * t580 - t64 * t626) - c_6 * t917
+    t1042 = c_6 * t918 + (t66 * (t356 - t582) + t64 * t640 - s_6 * t930)
     # link 5 (wrist_bend): moment from link 4
-    t1058 = t74 * U_5_xy - t67 * (t567 + alpha_5_y) - t947 * (omega_6r_x * omega_6r_y)
-    t1059 = t1058 - alpha_6_z * t959
+    t1044 = t66 * U_5_xy + t57 * (t553 + alpha_5_y) - t933 * (omega_6r_x * omega_6r_y)
+    t1045 = t1044 - alpha_6_z * t945
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1062 = t952 - t967 + 2.0 * (t67 * t490)
-    t1064 = t953 - t965 + (t74 * t603 + t67 * (t575 + t633))
-    t1066 = t969 + (t74 * t602 + t67 * (t577 - t627))
-    t1068 = t971 + (t74 * t604 - t67 * (t579 - t629))
-    t1070 = t972 + (t74 * t605 + t67 * (t581 + t631))
-    t1072 = t968 + (t74 * t556 - t67 * (t568 + t625))
-    t1074 = t74 * t606 + t67 * (t573 - t635) - t975
-    t1076 = t375 * t738 + (t74 * t517 + t76 * (s_5 * t197 + c_5 * t324))
-    t1078 = t564 * t745 + t1076 - c_6 * t939
-    t1083 = t74 * t518 - t320 * t731 - t372 * t738 - t558 * t745
-    t1085 = s_6 * t928 - (t1083 - c_6 * t940)
-    t1087 = t373 * t738 + (t74 * t519 - t76 * (s_5 * t195 - c_5 * t322))
-    t1090 = s_6 * t929 - (t1087 - t560 * t745 - c_6 * t941)
-    t1092 = t374 * t738 + (t74 * t520 - t76 * (s_5 * t306 - c_5 * t323))
-    t1095 = s_6 * t930 - (t562 * t745 + t1092 - c_6 * t942)
-    t1097 = t556 * t745 + (t74 * t516 - t76 * (c_5 * a_4b_z + s_5 * t319))
-    t1099 = s_6 * t931 + (c_6 * t943 + t1097)
-    t1102 = t74 * t508 - t276 * t738 - t566 * t745 - c_6 * t944
-    t1103 = s_6 * t932 - t1102
+    t1048 = t938 - t953 - 2.0 * (t57 * t476)
+    t1050 = t939 - t951 + (t66 * t589 - t57 * (t561 + t619))
+    t1052 = t955 + (t66 * t588 - t57 * (t563 - t613))
+    t1054 = t957 + (t66 * t590 + t57 * (t565 - t615))
+    t1056 = t958 + (t66 * t591 - t57 * (t567 + t617))
+    t1058 = t954 + (t66 * t542 + t57 * (t554 + t611))
+    t1060 = t66 * t592 - t57 * (t559 - t621) - t961
+    t1062 = t66 * t503 + t67 * (s_5 * t183 + c_5 * t310) - t361 * t724
+    t1064 = t1062 - t550 * t731 - c_6 * t925
+    t1069 = t544 * t731 + (t358 * t724 + (t66 * t504 - t306 * t717))
+    t1071 = s_6 * t914 - (t1069 - c_6 * t926)
+    t1073 = t66 * t505 - t67 * (s_5 * t181 - c_5 * t308) - t359 * t724
+    t1076 = s_6 * t915 - (t546 * t731 + t1073 - c_6 * t927)
+    t1078 = t66 * t506 - t67 * (s_5 * t292 - c_5 * t309) - t360 * t724
+    t1081 = s_6 * t916 - (t1078 - t548 * t731 - c_6 * t928)
+    t1083 = t66 * t502 - t67 * (c_5 * a_4b_z + s_5 * t305) - t542 * t731
+    t1085 = s_6 * t917 + (c_6 * t929 + t1083)
+    t1088 = t552 * t731 + (t66 * t494 + t262 * t724) - c_6 * t930
+    t1089 = s_6 * t918 - t1088
     # derivative: link 5 (wrist_bend): force, before its turn
-    t1112 = s_5 * t670
-    t1121 = c_5 * F_5_y - s_5 * t656
-    t1123 = t1121 + (s_5 * t664 + c_5 * t657)
-    t1124 = s_5 * t669 - c_5 * t662
-    t1131 = c_5 * t670
+    t1098 = s_5 * t656
+    t1107 = c_5 * F_5_y - s_5 * t642
+    t1109 = t1107 + (s_5 * t650 + c_5 * t643)
+    t1110 = s_5 * t655 - c_5 * t648
+    t1117 = c_5 * t656
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t1154 = c_5 * t706
-    t1160 = c_5 * t1003
-    t1161 = c_5 * t1059 - s_5 * n_5_x
-    t1163 = t1161 + (s_5 * t1072 - c_5 * t1053)
-    t1164 = s_5 * t1062 + c_5 * t1034
-    t1165 = s_5 * t950 - c_5 * t1002
-    t1172 = c_5 * t1062
-    t1176 = s_5 * t704
-    t1178 = s_5 * t706
-    t1182 = s_5 * t1034
-    t1184 = s_5 * t1003
-    t1185 = c_5 * t1074 + s_5 * t1056
-    t1188 = c_5 * t950 + s_5 * t1002
+    t1140 = c_5 * t692
+    t1146 = c_5 * t989
+    t1147 = c_5 * t1045 - s_5 * n_5_x
+    t1149 = t1147 + (s_5 * t1058 - c_5 * t1039)
+    t1150 = s_5 * t1048 + c_5 * t1020
+    t1151 = s_5 * t936 - c_5 * t988
+    t1158 = c_5 * t1048
+    t1162 = s_5 * t690
+    t1164 = s_5 * t692
+    t1168 = s_5 * t1020
+    t1170 = s_5 * t989
+    t1171 = c_5 * t1060 + s_5 * t1042
+    t1174 = c_5 * t936 + s_5 * t988
     # link 4 (wrist_roll): force from link 3
-    t1190 = s_5 * F_5_y + c_5 * t656
-    f_4_x = F_4_x - t1190
+    t1176 = s_5 * F_5_y + c_5 * t642
+    f_4_x = F_4_x - t1176
     # derivative: link 4 (wrist_roll): force from link 3
-    t1193 = c_5 * t658 + (J_4_y1 * t346 - s_5 * t665)
-    t1195 = J_4_y1 * t380 - s_5 * t666 - c_5 * t659
-    t1197 = J_4_y1 * t378 + s_5 * t667 - c_5 * t660
-    t1199 = c_5 * t661 + (J_4_y1 * t379 - s_5 * t668)
+    t1179 = c_5 * t644 + (J_4_y1 * t332 - s_5 * t651)
+    t1181 = J_4_y1 * t366 - s_5 * t652 - c_5 * t645
+    t1183 = J_4_y1 * t364 + s_5 * t653 - c_5 * t646
+    t1185 = c_5 * t647 + (J_4_y1 * t365 - s_5 * t654)
     # link 4 (wrist_roll): force from link 3
-    t1200 = J_4_y1 * t381 - F_5_z
+    t1186 = J_4_y1 * t367 - F_5_z
     # derivative: link 4 (wrist_roll): force from link 3
-    t1201 = J_4_y1 * t366 + t76 * t643
-    t1202 = J_4_y1 * t385 + t76 * t646
-    t1203 = J_4_y1 * t389 + t76 * t649
-    t1204 = J_4_y1 * t368 - t76 * t652
-    t1205 = J_4_y1 * t370 + t76 * t654
+    t1187 = J_4_y1 * t352 + t67 * t629
+    t1188 = J_4_y1 * t371 + t67 * t632
+    t1189 = J_4_y1 * t375 + t67 * t635
+    t1190 = J_4_y1 * t354 - t67 * t638
+    t1191 = J_4_y1 * t356 + t67 * t640
     # link 4 (wrist_roll): force from link 3
-    t1206 = J_4_y1 * t396 + t1121
+    t1192 = J_4_y1 * t382 + t1107
     # derivative: link 4 (wrist_roll): force from link 3
-    t1208 = t1190 - (c_5 * t664 - s_5 * t657)
-    t1210 = J_4_y1 * t401 - c_5 * t665 - s_5 * t658
-    t1212 = s_5 * t659 + (J_4_y1 * t404 - c_5 * t666)
-    t1214 = s_5 * t660 + (J_4_y1 * t407 + c_5 * t667)
-    t1216 = s_5 * t661 + (J_4_y1 * t399 + c_5 * t668)
-    t1218 = J_4_y1 * t408 - c_5 * t669 - s_5 * t662
+    t1194 = t1176 - (c_5 * t650 - s_5 * t643)
+    t1196 = J_4_y1 * t387 - c_5 * t651 - s_5 * t644
+    t1198 = s_5 * t645 + (J_4_y1 * t390 - c_5 * t652)
+    t1200 = s_5 * t646 + (J_4_y1 * t393 + c_5 * t653)
+    t1202 = s_5 * t647 + (J_4_y1 * t385 + c_5 * t654)
+    t1204 = J_4_y1 * t394 - c_5 * t655 - s_5 * t648
     # link 4 (wrist_roll): moment from link 3
-    t1220 = s_5 * t1059 + c_5 * n_5_x
-    t1222 = t97 * (t162 - t381) + J_4_y1 * a_4b_z - J_4_yy * t396
-    n_4_x = t1220 + t1222
+    t1206 = s_5 * t1045 + c_5 * n_5_x
+    n_4_x = t1206 + (t82 * (t148 - t367) + J_4_y1 * a_4b_z - t80 * t382)
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1226 = s_5 * t1066 + (t97 * t366 - J_4_yy * t401) - c_5 * t1042
-    t1228 = J_4_yy * t407 + (t97 * (t157 - t389) - J_4_y1 * t306)
-    t1230 = c_5 * t1050 + (s_5 * t1070 + t1228)
-    t1231 = J_4_y1 * t162 + c_5 * t704
-    t1233 = J_4_yy * t404 + (t97 * (t156 - t385) - J_4_y1 * t195)
-    t1235 = c_5 * t1046 + (s_5 * t1068 + t1233)
-    t1237 = t97 * (t159 - t368) - J_4_y1 * t197 - J_4_yy * t399
-    t1239 = c_5 * t1038 + (t1237 - s_5 * t1064)
-    t1242 = s_5 * t1074 + (t97 * t370 - J_4_yy * t408) - c_5 * t1056
+    t1212 = s_5 * t1052 + (t82 * t352 - t80 * t387) - c_5 * t1028
+    t1215 = s_5 * t1056 + (t80 * t393 + (t82 * (t143 - t375) - J_4_y1 * t292))
+    t1216 = c_5 * t1036 + t1215
+    t1217 = J_4_y1 * t148 + c_5 * t690
+    t1220 = s_5 * t1054 + (t80 * t390 + (t82 * (t142 - t371) - J_4_y1 * t181))
+    t1221 = c_5 * t1032 + t1220
+    t1224 = t82 * (t145 - t354) - J_4_y1 * t183 - t80 * t385 - s_5 * t1050
+    t1225 = c_5 * t1024 + t1224
+    t1228 = s_5 * t1060 + (t82 * t356 - t80 * t394) - c_5 * t1042
     # link 4 (wrist_roll): moment from link 3
-    t1244 = t91 * (t351 + alpha_4_y) + t97 * U_4_xy - t74 * U_5r_x
-    t1246 = t76 * (s_5 * a_4b_z - c_5 * t319) + t1244 - alpha_5_z * t738
-    t1248 = t1000 + (t1246 - w_5_xy * t745)
+    t1230 = t73 * (t337 + alpha_4_y) + t82 * U_4_xy - t66 * U_5r_x
+    t1232 = alpha_5_z * t724 + (t67 * (s_5 * a_4b_z - c_5 * t305) + t1230)
+    t1234 = t986 + (w_5_xy * t731 + t1232)
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1250 = t91 * (t352 + t372) + t97 * t346 - t1085
-    t1252 = t1015 - t1078 + (t91 * (t355 + t375) + t97 * t379)
-    t1254 = t91 * (t357 - t373) + t97 * t380 - t1090
-    t1256 = t91 * (t359 - t374) + t97 * t378 - t1095
-    t1259 = t1103 - 2.0 * (t91 * t276)
-    t1261 = c_5 * t1072 + s_5 * t1053 - t1220
-    t1264 = t97 * t290 - t346 * t467 - J_4_y1 * t320 - c_5 * t1066
-    t1265 = t1264 - s_5 * t1042
-    t1268 = J_4_y1 * t322 + (t153 * t457 - t97 * t291 - t348 * t467)
-    t1270 = c_5 * t1068 + t1268 - s_5 * t1046
-    t1273 = J_4_y1 * t323 + (t164 * t457 - t97 * t292 - t350 * t467)
-    t1275 = c_5 * t1070 + t1273 - s_5 * t1050
-    t1278 = t134 * t457 + t97 * t286 - t344 * t467 - J_4_y1 * t324
-    t1280 = t1278 - c_5 * t1064 - s_5 * t1038
+    t1236 = t73 * (t338 + t358) + t82 * t332 - t1071
+    t1238 = t1001 - t1064 + (t73 * (t341 + t361) + t82 * t365)
+    t1240 = t73 * (t343 - t359) + t82 * t366 - t1076
+    t1242 = t73 * (t345 - t360) + t82 * t364 - t1081
+    t1245 = t1089 - 2.0 * (t73 * t262)
+    t1247 = c_5 * t1058 + s_5 * t1039 - t1206
+    t1250 = t82 * t276 - t332 * t453 - J_4_y1 * t306 - c_5 * t1052
+    t1251 = t1250 - s_5 * t1028
+    t1254 = J_4_y1 * t308 + (t139 * t443 - t82 * t277 - t334 * t453)
+    t1256 = c_5 * t1054 + t1254 - s_5 * t1032
+    t1259 = J_4_y1 * t309 + (t150 * t443 - t82 * t278 - t336 * t453)
+    t1261 = c_5 * t1056 + t1259 - s_5 * t1036
+    t1264 = t120 * t443 + t82 * t272 - t330 * t453 - J_4_y1 * t310
+    t1266 = t1264 - c_5 * t1050 - s_5 * t1024
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t1200
+    f_4t_y = s_4 * f_4_x - c_4 * t1186
     # derivative: link 4 (wrist_roll): force, before its turn
-    t1324 = c_4 * f_4_x + s_4 * t1200
-    t1326 = t1324 + (s_4 * t1193 - c_4 * t1201)
-    t1327 = s_4 * t1195 - c_4 * t1202
-    t1328 = s_4 * t1197 - c_4 * t1203
-    t1329 = s_4 * t1199 - c_4 * t1204
-    t1330 = s_4 * t1124 + c_4 * t1205
-    t1331 = s_4 * t1123 + c_4 * t672
-    t1332 = s_4 * t1112 + c_4 * t678
+    t1310 = c_4 * f_4_x + s_4 * t1186
+    t1312 = t1310 + (s_4 * t1179 - c_4 * t1187)
+    t1313 = s_4 * t1181 - c_4 * t1188
+    t1314 = s_4 * t1183 - c_4 * t1189
+    t1315 = s_4 * t1185 - c_4 * t1190
+    t1316 = s_4 * t1110 + c_4 * t1191
+    t1317 = s_4 * t1109 + c_4 * t658
+    t1318 = s_4 * t1098 + c_4 * t664
     # link 3 (boom): force from link 2
-    f_3_x = t1324 + (t231 + (J_3_11 * a_3_x - J_3_x1 * t221))
+    f_3_x = t1310 + (t217 + (J_3_11 * a_3_x - J_3_x1 * t207))
     # derivative: link 3 (boom): force from link 2
-    t1396 = c_4 * t1195 + (J_3_11 * t208 - J_3_x1 * t224 - t110 * t172)
-    t1400 = J_3_11 * t211 - t110 * t174 - c_4 * t1197 - s_4 * t1203
-    t1403 = s_4 * t1204 + (c_4 * t1199 + (J_3_11 * t199 - t110 * t170))
+    t1382 = c_4 * t1181 + (J_3_11 * t194 - J_3_x1 * t210 - t95 * t158)
+    t1386 = J_3_11 * t197 - t95 * t160 - c_4 * t1183 - s_4 * t1189
+    t1389 = s_4 * t1190 + (c_4 * t1185 + (J_3_11 * t185 - t95 * t156))
     # link 3 (boom): force from link 2
-    t1406 = t235 - t238 - J_3_11 * t216 - f_4t_y
+    t1392 = t221 - t224 - J_3_11 * t202 - f_4t_y
     # derivative: link 3 (boom): force from link 2
-    t1408 = t1327 + (t110 * t149 - J_3_11 * t190)
-    t1411 = t1328 + (t110 * t151 - t239 - J_3_11 * t193)
-    t1412 = J_3_11 * t213 + t1329
-    t1414 = t249 - J_3_11 * t197 - t1216
-    t1416 = t1212 + (t110 * t156 - J_3_11 * t195)
-    t1419 = t1214 + (t238 + t110 * t157 - J_3_11 * t219)
+    t1394 = t1313 + (t95 * t135 - J_3_11 * t176)
+    t1397 = t1314 + (t95 * t137 - t225 - J_3_11 * t179)
+    t1398 = J_3_11 * t199 + t1315
+    t1400 = t235 - J_3_11 * t183 - t1202
+    t1402 = t1198 + (t95 * t142 - J_3_11 * t181)
+    t1405 = t1200 + (t224 + t95 * t143 - J_3_11 * t205)
     # derivative: link 3 (boom): moment, in frame 2
-    t1424 = q_3 * J_3_11
-    t1433 = f_3_x + (c_4 * t734 + (t231 + J_3_x1 * t162 - s_4 * t1231))
-    t1443 = p_boom_dh_a * t1210 - q_3 * (c_4 * t1193 + s_4 * t1201 - f_4t_y)
-    t1445 = s_4 * (t1226 - t1248) + t1443 - c_4 * (n_4_x - t1250)
-    t1448 = s_4 * t1163 + c_4 * t1099 - p_boom_dh_a * t1208 - q_3 * (c_4 * t1123 - s_4 * t672)
-    t1451 = q_3 * (c_4 * t1124 - s_4 * t1205) + (p_boom_dh_a * t1218 + (s_4 * t1242 - c_4 * t1259))
-    t1454 = q_3 * (c_4 * t1112 - s_4 * t678) + (s_4 * t1164 + c_4 * t1026 - p_boom_dh_a * t1131)
-    t1467 = q_3 * t242 + (s_4 * t734 + (c_4 * t1231 - t235) - t1406)
-    t1473 = q_3 * t1412 - t110 * t213 - c_4 * t1239 - s_4 * t1252
-    t1474 = s_4 * n_4_x - c_4 * t1248
-    t1477 = t1474 + (q_3 * t1326 + (c_4 * t1226 - s_4 * t1250))
+    t1410 = q_3 * J_3_11
+    t1419 = f_3_x + (c_4 * t720 + (t217 + J_3_x1 * t148 - s_4 * t1217))
+    t1429 = p_boom_dh_a * t1196 - q_3 * (c_4 * t1179 + s_4 * t1187 - f_4t_y)
+    t1431 = s_4 * (t1212 - t1234) + t1429 - c_4 * (n_4_x - t1236)
+    t1434 = s_4 * t1149 + c_4 * t1085 - p_boom_dh_a * t1194 - q_3 * (c_4 * t1109 - s_4 * t658)
+    t1437 = q_3 * (c_4 * t1110 - s_4 * t1191) + (p_boom_dh_a * t1204 + (s_4 * t1228 - c_4 * t1245))
+    t1440 = q_3 * (c_4 * t1098 - s_4 * t664) + (s_4 * t1150 + c_4 * t1012 - p_boom_dh_a * t1117)
+    t1453 = q_3 * t228 + (s_4 * t720 + (c_4 * t1217 - t221) - t1392)
+    t1459 = q_3 * t1398 - t95 * t199 - c_4 * t1225 - s_4 * t1238
+    t1460 = s_4 * n_4_x - c_4 * t1234
+    t1463 = t1460 + (q_3 * t1312 + (c_4 * t1212 - s_4 * t1236))
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1488 = J_3_x1 * t195 + (t122 * t172 + t105 * (t133 - t156) - t110 * t208)
-    t1491 = s_4 * t1235 + t1488 - c_4 * t1254 - p_boom_dh_a * t1212
-    t1495 = J_3_x1 * t197 + (t122 * t170 - t105 * t159 - t110 * t199)
-    t1498 = p_boom_dh_a * t1216 + (s_4 * t1239 + t1495 - c_4 * t1252)
-    t1504 = p_boom_dh_a * t1327 + (t1270 + (t105 * t149 - J_3_x1 * t190))
-    t1511 = p_boom_dh_a * t1329 + (J_3_x1 * t213 + t1280) + 2.0 * (t118 * t134)
-    t1518 = t110 * t193 + (t105 * U_2r_y - t151 * t185) - c_4 * t1230
-    t1523 = t110 * t190 - t149 * t185 - c_4 * t1235 - s_4 * t1254
+    t1474 = J_3_x1 * t181 + (t108 * t158 + t90 * (t119 - t142) - t95 * t194)
+    t1477 = s_4 * t1221 + t1474 - c_4 * t1240 - p_boom_dh_a * t1198
+    t1481 = J_3_x1 * t183 + (t108 * t156 - t90 * t145 - t95 * t185)
+    t1484 = p_boom_dh_a * t1202 + (s_4 * t1225 + t1481 - c_4 * t1238)
+    t1490 = p_boom_dh_a * t1313 + (t1256 + (t90 * t135 - J_3_x1 * t176))
+    t1497 = p_boom_dh_a * t1315 + (J_3_x1 * t199 + t1266) + 2.0 * (t103 * t120)
+    t1504 = t95 * t179 + (t90 * U_2r_y - t137 * t171) - c_4 * t1216
+    t1509 = t95 * t176 - t135 * t171 - c_4 * t1221 - s_4 * t1240
     # derivative: link 2 (shoulder_tilt): force, before its turn
-    t1544 = t1411 + (J_3_11 * a_3_z + (t239 + t110 * t162) - t1206)
+    t1530 = t1397 + (J_3_11 * a_3_z + (t225 + t95 * t148) - t1192)
     # derivative: link 2 (shoulder_tilt): moment, before its turn
-    t1565 = s_2 * (t167 * (t110 - t1424) + (s_4 * t1154 - c_4 * t736))
+    t1551 = s_2 * (t153 * (t95 - t1410) + (s_4 * t1140 - c_4 * t722))
     # derivative: link 2 (shoulder_tilt): moment, in frame 1
-    t1573 = p_shoulder_tilt_dh_d * (s_2 * (t1406 + t1419) + c_2 * t1544)
-    t1589 = alpha_4_z * t457 + (t122 * t174 - t118 * (t152 - t160) - t110 * t211)
-    t1592 = J_4_y1 * t319 + (w_4_xy * t467 + (t1589 - t97 * U_4r_x))
-    t1596 = q_3 * t1400 + (c_4 * t1256 + (t1592 - t1161 - s_4 * t1230))
-    t1598 = t105 * (t157 + t161) + (t1596 - J_3_x1 * (t216 + t219))
-    t1609 = t110 * a_3_x + (t122 * t169 + t118 * (t154 + t164))
-    t1613 = t1275 + t1609 - q_3 * f_3_x - t1474 - J_3_x1 * (t193 - a_3_z)
-    t1615 = t1613 - t105 * (w_1_zz - t151 - t162) - p_boom_dh_a * (t1206 - t1328)
-    t1617 = s_2 * (p_boom_dh_a * (t1214 - f_4t_y) + t1598) - t1573
-    t1619 = c_2 * (t1504 + 2.0 * (t118 * t153)) - s_2 * (q_3 * (s_4 * t1202 + t1396) + t1491)
-    t1620 = t1619 - p_shoulder_tilt_dh_d * (c_2 * t1408 + s_2 * t1416)
-    t1622 = c_2 * t1511 - s_2 * (q_3 * t1403 + t1498) - p_shoulder_tilt_dh_d * (c_2 * t1412 + s_2 * t1414)
-    t1623 = c_2 * (J_3_x1 * t161 - (t476 - t1176)) - s_2 * (t1433 - t169 * t1424)
-    t1624 = t1623 - p_shoulder_tilt_dh_d * (c_2 * t242 - s_2 * t252)
-    t1627 = J_3_x1 * t159 - (t478 - t1178) - p_shoulder_tilt_dh_d * t244
-    t1631 = c_2 * (t1265 + p_boom_dh_a * t1326) + s_2 * t1445 - p_shoulder_tilt_dh_d * (c_2 * t1326 + s_2 * t1210)
-    t1633 = p_shoulder_tilt_dh_d * (c_2 * t1331 - s_2 * t1208) + (c_2 * (t1261 - p_boom_dh_a * t1331) - s_2 * t1448)
-    t1635 = p_shoulder_tilt_dh_d * (c_2 * t1330 - s_2 * t1218) + (s_2 * t1451 - c_2 * (t1185 + p_boom_dh_a * t1330))
-    t1636 = s_2 * t1454 - c_2 * (t1172 - t1182 + p_boom_dh_a * t1332)
-    t1637 = p_shoulder_tilt_dh_d * (c_2 * t1332 + s_2 * t1131) + t1636
+    t1559 = p_shoulder_tilt_dh_d * (s_2 * (t1392 + t1405) + c_2 * t1530)
+    t1575 = alpha_4_z * t443 + (t108 * t160 - t103 * (t138 - t146) - t95 * t197)
+    t1578 = J_4_y1 * t305 + (w_4_xy * t453 + (t1575 - t82 * U_4r_x))
+    t1582 = q_3 * t1386 + (c_4 * t1242 + (t1578 - t1147 - s_4 * t1216))
+    t1584 = t90 * (t143 + t147) + (t1582 - J_3_x1 * (t202 + t205))
+    t1596 = t1261 + (t95 * a_3_x + (t108 * t155 + t103 * (t140 + t150)))
+    t1599 = t1596 - q_3 * f_3_x - t1460 - J_3_x1 * (t179 - a_3_z)
+    t1601 = t1599 - t90 * (w_1_zz - t137 - t148) - p_boom_dh_a * (t1192 - t1314)
+    t1603 = s_2 * (p_boom_dh_a * (t1200 - f_4t_y) + t1584) - t1559
+    t1605 = c_2 * (t1490 + 2.0 * (t103 * t139)) - s_2 * (q_3 * (s_4 * t1188 + t1382) + t1477)
+    t1606 = t1605 - p_shoulder_tilt_dh_d * (c_2 * t1394 + s_2 * t1402)
+    t1608 = c_2 * t1497 - s_2 * (q_3 * t1389 + t1484) - p_shoulder_tilt_dh_d * (c_2 * t1398 + s_2 * t1400)
+    t1609 = c_2 * (J_3_x1 * t147 - (t462 - t1162)) - s_2 * (t1419 - t155 * t1410)
+    t1610 = t1609 - p_shoulder_tilt_dh_d * (c_2 * t228 - s_2 * t238)
+    t1613 = J_3_x1 * t145 - (t464 - t1164) - p_shoulder_tilt_dh_d * t230
+    t1617 = c_2 * (t1251 + p_boom_dh_a * t1312) + s_2 * t1431 - p_shoulder_tilt_dh_d * (c_2 * t1312 + s_2 * t1196)
+    t1619 = p_shoulder_tilt_dh_d * (c_2 * t1317 - s_2 * t1194) + (c_2 * (t1247 - p_boom_dh_a * t1317) - s_2 * t1434)
+    t1621 = p_shoulder_tilt_dh_d * (c_2 * t1316 - s_2 * t1204) + (s_2 * t1437 - c_2 * (t1171 + p_boom_dh_a * t1316))
+    t1622 = s_2 * t1440 - c_2 * (t1158 - t1168 + p_boom_dh_a * t1318)
+    t1623 = p_shoulder_tilt_dh_d * (c_2 * t1318 + s_2 * t1117) + t1622
     out[0 * S + k] = 0.0
-    out[1 * S + k] = c_2 * t1615 + t1617
-    out[2 * S + k] = t1624
-    out[3 * S + k] = t1631
-    out[4 * S + k] = t1633
-    out[5 * S + k] = s_2 * (s_4 * t1165 + c_4 * t1024) - c_2 * t1188
-    out[6 * S + k] = t1620
-    out[7 * S + k] = t1622
-    out[8 * S + k] = t1565 + c_2 * t1627
-    out[9 * S + k] = t1635
-    out[10 * S + k] = t1637
-    out[11 * S + k] = c_2 * t1184 + s_2 * (s_4 * t1160 - c_4 * t1028)
+    out[1 * S + k] = c_2 * t1601 + t1603
+    out[2 * S + k] = t1610
+    out[3 * S + k] = t1617
+    out[4 * S + k] = t1619
+    out[5 * S + k] = s_2 * (s_4 * t1151 + c_4 * t1010) - c_2 * t1174
+    out[6 * S + k] = t1606
+    out[7 * S + k] = t1608
+    out[8 * S + k] = t1551 + c_2 * t1613
+    out[9 * S + k] = t1621
+    out[10 * S + k] = t1623
+    out[11 * S + k] = c_2 * t1170 + s_2 * (s_4 * t1146 - c_4 * t1014)
     out[12 * S + k] = 0.0
-    out[13 * S + k] = q_3 * t1411 + (t1518 - s_4 * t1256)
-    out[14 * S + k] = t1467
-    out[15 * S + k] = t1477
-    out[16 * S + k] = s_4 * t1099 - c_4 * t1163 - q_3 * t1331
-    out[17 * S + k] = c_4 * t1165 - s_4 * t1024
-    out[18 * S + k] = q_3 * t1408 + t1523
-    out[19 * S + k] = t1473
-    out[20 * S + k] = q_3 * t244 + (s_4 * t736 + (c_4 * t1154 - t249))
-    out[21 * S + k] = c_4 * t1242 + s_4 * t1259 - q_3 * t1330
-    out[22 * S + k] = c_4 * t1164 - s_4 * t1026 - q_3 * t1332
-    out[23 * S + k] = c_4 * t1160 + s_4 * t1028
+    out[13 * S + k] = q_3 * t1397 + (t1504 - s_4 * t1242)
+    out[14 * S + k] = t1453
+    out[15 * S + k] = t1463
+    out[16 * S + k] = s_4 * t1085 - c_4 * t1149 - q_3 * t1317
+    out[17 * S + k] = c_4 * t1151 - s_4 * t1010
+    out[18 * S + k] = q_3 * t1394 + t1509
+    out[19 * S + k] = t1459
+    out[20 * S + k] = q_3 * t230 + (s_4 * t722 + (c_4 * t1140 - t235))
+    out[21 * S + k] = c_4 * t1228 + s_4 * t1245 - q_3 * t1316
+    out[22 * S + k] = c_4 * t1150 - s_4 * t1012 - q_3 * t1318
+    out[23 * S + k] = c_4 * t1146 + s_4 * t1014
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t1419
-    out[26 * S + k] = -t252
-    out[27 * S + k] = t1210
-    out[28 * S + k] = t1208
+    out[25 * S + k] = t1405
+    out[26 * S + k] = -t238
+    out[27 * S + k] = t1196
+    out[28 * S + k] = t1194
     out[29 * S + k] = 0.0
-    out[30 * S + k] = t1416
-    out[31 * S + k] = t1414
+    out[30 * S + k] = t1402
+    out[31 * S + k] = t1400
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t1218
-    out[34 * S + k] = -t1131
+    out[33 * S + k] = t1204
+    out[34 * S + k] = -t1117
     out[35 * S + k] = 0.0
     out[36 * S + k] = 0.0
-    out[37 * S + k] = t1275
-    out[38 * S + k] = t1176 - t476
-    out[39 * S + k] = t1265
-    out[40 * S + k] = t1261
-    out[41 * S + k] = -t1188
-    out[42 * S + k] = t1270
-    out[43 * S + k] = t1280
-    out[44 * S + k] = t1178 - t478
-    out[45 * S + k] = -t1185
-    out[46 * S + k] = t1182 - t1172
-    out[47 * S + k] = t1184
+    out[37 * S + k] = t1261
+    out[38 * S + k] = t1162 - t462
+    out[39 * S + k] = t1251
+    out[40 * S + k] = t1247
+    out[41 * S + k] = -t1174
+    out[42 * S + k] = t1256
+    out[43 * S + k] = t1266
+    out[44 * S + k] = t1164 - t464
+    out[45 * S + k] = -t1171
+    out[46 * S + k] = t1168 - t1158
+    out[47 * S + k] = t1170
     out[48 * S + k] = 0.0
-    out[49 * S + k] = t1095
-    out[50 * S + k] = t734
-    out[51 * S + k] = t1085
-    out[52 * S + k] = t1099
-    out[53 * S + k] = t1022 - t1023
-    out[54 * S + k] = t1090
-    out[55 * S + k] = t1078 - t1015
-    out[56 * S + k] = t736
-    out[57 * S + k] = t1103
-    out[58 * S + k] = -t1026
-    out[59 * S + k] = t1028
+    out[49 * S + k] = t1081
+    out[50 * S + k] = t720
+    out[51 * S + k] = t1071
+    out[52 * S + k] = t1085
+    out[53 * S + k] = t1008 - t1009
+    out[54 * S + k] = t1076
+    out[55 * S + k] = t1064 - t1001
+    out[56 * S + k] = t722
+    out[57 * S + k] = t1089
+    out[58 * S + k] = -t1012
+    out[59 * S + k] = t1014
     out[60 * S + k] = 0.0
-    out[61 * S + k] = t972
+    out[61 * S + k] = t958
     out[62 * S + k] = 0.0
-    out[63 * S + k] = -t969
-    out[64 * S + k] = t968
-    out[65 * S + k] = -t950
-    out[66 * S + k] = t971
-    out[67 * S + k] = t965 - t953
+    out[63 * S + k] = -t955
+    out[64 * S + k] = t954
+    out[65 * S + k] = -t936
+    out[66 * S + k] = t957
+    out[67 * S + k] = t951 - t939
     out[68 * S + k] = 0.0
-    out[69 * S + k] = t975
-    out[70 * S + k] = t967 - t952
+    out[69 * S + k] = t961
+    out[70 * S + k] = t953 - t938
     out[71 * S + k] = 0.0
 
 
@@ -6226,7 +6207,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     # link 6 (hand): composite body, before its turn
     C_6t_xx = s_6 * s_6 * 0.00014999999999999996 + c_6 * c_6 * 0.00014999999999999996
     # link 5 (wrist_bend): composite body
-    C_5_xx = C_6t_xx - 0.0013000000000000002
+    C_5_xx = C_6t_xx - 0.0013
     # link 5 (wrist_bend): effort when joint 5 is accelerated
     M_5_5 = C_6t_xx + 0.0255661283
     m_5_5_f_x = c_5 * 0.079443
@@ -6252,7 +6233,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     t77 = 0.0268661283 * t74 - C_5_xx * t74
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
-    C_4_yy = C_6t_xx + 0.004349735599999999
+    C_4_yy = C_6t_xx + 0.0043497356
     t83 = C_5t_yz - 5.36544e-05
     # link 4 (wrist_roll): effort when joint 4 is accelerated
     M_4_4 = C_5t_xx + C_4_yy
@@ -6347,7 +6328,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     F_4_y = t238 * -0.029825999999999995
     # link 4 (wrist_roll): Euler, inertial moment
     t246 = (t187 - t238) * -5.36544e-05
-    t247 = 0.004349735599999999 * t231
+    t247 = 0.0043497356 * t231
     # link 5 (wrist_bend): angular velocity of link 4
     t250 = s_5 * omega_4_z + c_5 * t213
     omega_5r_y = s_5 * t213 - c_5 * omega_4_z
@@ -6393,8 +6374,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     # link 5 (wrist_bend): moment from link 4
     t313 = s_6 * N_6_y + (0.079443 * a_4r_y - 0.0268661283 * U_5_zy - t278)
     t314 = t313 - c_6 * N_6_x
-    t317 = 1.0697399999999999e-05 * U_5_xy - 0.0013000000000000002 * U_5_zx
-    t318 = N_6_z + t317
+    t318 = N_6_z + (1.0697399999999999e-05 * U_5_xy - 0.0013 * U_5_zx)
     t321 = 0.0255661283 * t236 + 1.0697399999999999e-05 * t256
     t324 = t321 + 0.079443 * (s_5 * a_3_z - c_5 * a_4r_x) - t280
     t326 = t324 - c_6 * N_6_y - s_6 * N_6_x
@@ -6406,10 +6386,10 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     f_4_y = F_4_y - 0.079443 * U_5_zy
     f_4_z = 0.029825999999999995 * U_4_zy - t329 - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t345 = 0.029825999999999995 * a_3_z + 0.004349735599999999 * U_4_zy
+    t345 = 0.029825999999999995 * a_3_z + 0.0043497356 * U_4_zy
     n_4_x = s_5 * t318 + (t246 + t345) - c_5 * t314
     n_4_y = 5.36544e-05 * U_4_xy - t326
-    t355 = 0.004349735599999999 * t183 - 5.36544e-05 * t219 + 0.029825999999999995 * a_4r_x
+    t355 = 0.0043497356 * t183 - 5.36544e-05 * t219 + 0.029825999999999995 * a_4r_x
     t358 = t355 - t247 - c_5 * t318 - s_5 * t314
     # link 4 (wrist_roll): force, before its turn
     f_4t_y = s_4 * f_4_x + c_4 * f_4_y
@@ -6461,7 +6441,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     t505 = s_4 * t107 + t91 * 0.0406 - c_4 * t111 - 0.154 * t125
     t507 = c_2 * (t104 - c_2 * C_2_xx) + t505 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x)
     t511 = m_2_5_b_z * t431 + (t164 * t419 + (t507 - 0.154 * (t125 + 0.99638)))
-    t516 = t488 * t498 + (t447 * t459 + t511 - t469 * t478) - 1.4339328643999998
+    t516 = t488 * t498 + (t447 * t459 + t511 - t469 * t478) - 1.4339328644
     t526 = t417 * t422 + (t358 + tau_4) - t415 * t434
     t532 = t415 * t433 + (f_3_z - tau_3) - t461 * t526
     t538 = w_2_xy * 4.279553293700001 + 2.7499110000000004 * a_3_y
@@ -6595,9 +6575,9 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     t768 = c_4 * t591 - s_4 * t607 + 2.0 * (omega_4_z * t653 + t174 * omega_4r_y)
     t769 = 2.0 * omega_4r_y
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t779 = 0.004349735599999999 * t600 + 5.36544e-05 * t666 - 0.029825999999999995 * t698
-    t786 = 0.004349735599999999 * t592 - 5.36544e-05 * t665 - 0.029825999999999995 * t697
-    t793 = 0.004349735599999999 * t174 + 5.36544e-05 * t660 + 0.029825999999999995 * t699
+    t779 = 0.0043497356 * t600 + 5.36544e-05 * t666 - 0.029825999999999995 * t698
+    t786 = 0.0043497356 * t592 - 5.36544e-05 * t665 - 0.029825999999999995 * t697
+    t793 = 0.0043497356 * t174 + 5.36544e-05 * t660 + 0.029825999999999995 * t699
     # derivative: link 5 (wrist_bend): angular velocity of link 4
     t798 = c_5 * omega_4r_y
     t801 = c_4 * c_5
@@ -6767,25 +6747,25 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     t1251 = 1.0697399999999999e-05 * (2.0 * omega_4_z - 2.0 * t900)
     t1254 = c_6 * t1145 + (0.0268661283 * t963 + t1251 - s_6 * t1154)
     # link 5 (wrist_bend): moment from link 4
-    t1257 = 1.0697399999999999e-05 * t908 - 0.0013000000000000002 * (t264 + t901)
+    t1257 = 1.0697399999999999e-05 * t908 - 0.0013 * (t264 + t901)
     t1258 = 0.0002999999999999999 * (t901 + (t422 * t575 + t1090))
     t1259 = t1257 + t1258
     # derivative: link 5 (wrist_bend): moment from link 4
     t1260 = 0.0002999999999999999 * t250
-    t1263 = t250 * 0.0026000000000000003 - t1260
+    t1263 = t250 * 0.0026 - t1260
     t1266 = 1.0697399999999999e-05 * t910 - 0.0002999999999999999 * t943
-    t1268 = t1266 - 0.0013000000000000002 * (t881 - t943)
+    t1268 = t1266 - 0.0013 * (t881 - t943)
     t1271 = 1.0697399999999999e-05 * t909 + 0.0002999999999999999 * t937
-    t1273 = t1271 - 0.0013000000000000002 * (t883 + t937)
+    t1273 = t1271 - 0.0013 * (t883 + t937)
     t1276 = 1.0697399999999999e-05 * t911 + 0.0002999999999999999 * t939
-    t1278 = t1276 + 0.0013000000000000002 * (t885 - t939)
+    t1278 = t1276 + 0.0013 * (t885 - t939)
     t1279 = 0.0002999999999999999 * t941
-    t1282 = 1.0697399999999999e-05 * t912 + 0.0013000000000000002 * (t887 - t941)
+    t1282 = 1.0697399999999999e-05 * t912 + 0.0013 * (t887 - t941)
     t1283 = t1279 + t1282
     t1286 = 1.0697399999999999e-05 * t864 - 0.0002999999999999999 * t935
-    t1288 = t1286 + 0.0013000000000000002 * (w_5_yz + t935)
+    t1288 = t1286 + 0.0013 * (w_5_yz + t935)
     t1291 = 1.0697399999999999e-05 * t913 - 0.0002999999999999999 * t945
-    t1293 = t1291 - 0.0013000000000000002 * (t879 - t945)
+    t1293 = t1291 - 0.0013 * (t879 - t945)
     t1296 = 0.0255661283 * t741 - 1.0697399999999999e-05 * t826
     t1300 = t1296 + 0.079443 * (s_5 * t618 + c_5 * t699) + 0.0281661283 * t872
     t1302 = s_6 * t1140 + (c_6 * t1149 + t1300)
@@ -6847,21 +6827,19 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     t1477 = 0.029825999999999995 * t760 - c_5 * t977 - s_5 * t970
     t1480 = omega_4r_y * 0.05965199999999999 - c_5 * t979 - s_5 * t971
     # link 4 (wrist_roll): moment from link 3
-    t1484 = t246 + 0.029825999999999995 * t679 + 0.004349735599999999 * t757
+    t1484 = t246 + 0.029825999999999995 * t679 + 0.0043497356 * t757
     t1485 = t1484 - t1424
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1490 = t231 * 0.0001073088 - 0.004349735599999999 * t762 - s_5 * t1273
+    t1490 = t231 * 0.0001073088 - 0.0043497356 * t762 - s_5 * t1273
     t1491 = c_5 * t1230 + t1490
-    t1494 = 0.029825999999999995 * t681 + 0.004349735599999999 * t768
-    t1497 = s_5 * t1283 + (t1494 + 5.36544e-05 * (t596 - t756))
-    t1498 = t1497 - c_5 * t1244
+    t1496 = 0.029825999999999995 * t681 + 0.0043497356 * t768 + 5.36544e-05 * (t596 - t756)
+    t1498 = s_5 * t1283 + t1496 - c_5 * t1244
     t1500 = 0.029825999999999995 * t187 - c_5 * t991
-    t1503 = 0.029825999999999995 * t616 - 0.004349735599999999 * t765
-    t1507 = t1503 + 5.36544e-05 * (t595 - t751) - s_5 * t1278 - c_5 * t1237
-    t1510 = 0.029825999999999995 * t618 - 0.004349735599999999 * t760
-    t1513 = s_5 * t1268 + (t1510 + 5.36544e-05 * (t201 - t735))
-    t1514 = c_5 * t1223 + t1513
-    t1518 = omega_4r_y * 0.008699471199999998 + omega_4_z * 0.0001073088
+    t1505 = 0.029825999999999995 * t616 - 0.0043497356 * t765 + 5.36544e-05 * (t595 - t751)
+    t1507 = t1505 - s_5 * t1278 - c_5 * t1237
+    t1512 = 0.029825999999999995 * t618 - 0.0043497356 * t760 + 5.36544e-05 * (t201 - t735)
+    t1514 = c_5 * t1223 + (s_5 * t1268 + t1512)
+    t1518 = omega_4r_y * 0.0086994712 + omega_4_z * 0.0001073088
     t1520 = c_5 * t1254 + (t1518 - s_5 * t1293)
     # link 4 (wrist_roll): moment from link 3
     t1524 = t280 - 5.36544e-05 * t743 - 1.0697399999999999e-05 * t824
@@ -6934,19 +6912,19 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     # link 2 (shoulder_tilt): moment from link 1
     t1792 = t247 + 0.055823193300000004 * U_2_xy - 0.007999999999999896 * (t183 + alpha_2_y)
     t1796 = t1792 - 0.13134099999999999 * t637 + 5.36544e-05 * t663
-    t1800 = t1796 + 0.029825999999999995 * t694 + 0.004349735599999999 * alpha_4_z
+    t1800 = t1796 + 0.029825999999999995 * t694 + 0.0043497356 * alpha_4_z
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1804 = t779 - 0.004349735599999999 * t722 + (c_5 * t1283 + s_5 * t1244)
+    t1804 = t779 - 0.0043497356 * t722 + (c_5 * t1283 + s_5 * t1244)
     t1807 = 0.055823193300000004 * t591 + 0.007999999999999896 * (t184 + t600)
     t1811 = t1807 + 0.13134099999999999 * t615 - 0.0203 * t1581
     t1813 = -0.029825999999999995 * t663 + s_5 * t991
-    t1816 = t786 - 0.004349735599999999 * t720 - (c_5 * t1278 - s_5 * t1237)
+    t1816 = t786 - 0.0043497356 * t720 - (c_5 * t1278 - s_5 * t1237)
     t1819 = 0.055823193300000004 * t590 - 0.015999999999999792 * t592
     t1823 = t1819 - 0.13134099999999999 * t611 + 0.0203 * t1580
     t1825 = 0.029825999999999995 * t696 + s_5 * t992
-    t1829 = t793 - 0.004349735599999999 * t717 + (c_5 * t1268 - s_5 * t1223)
+    t1829 = t793 - 0.0043497356 * t717 + (c_5 * t1268 - s_5 * t1223)
     t1832 = qd_3 * 0.26268199999999997 - t174 * 0.015999999999999792
-    t1840 = 5.36544e-05 * t664 + 0.029825999999999995 * t695 + 0.004349735599999999 * t718
+    t1840 = 5.36544e-05 * t664 + 0.029825999999999995 * t695 + 0.0043497356 * t718
     t1842 = s_5 * t1230 + (c_5 * t1273 + t1840)
     # derivative: link 2 (shoulder_tilt): force, before its turn
     t1860 = c_2 * (t210 + 6.470000000000001 * t639 - t1465 - t1667)
@@ -7381,51 +7359,48 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     J_6_yy = t39 + t42
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t47 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t48 = p_wrist_bend_mass * 0.5
-    t49 = t47 * t48
-    t50 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t55 = t48 * t50 + p_wrist_bend_inertia_yy * 0.5
-    t56 = p_wrist_bend_inertia_xx * 0.5 + t48 * (t47 + t50)
-    t57 = t49 - t56
-    t58 = t55 + t57
-    t59 = -t58
-    t63 = t55 + (p_hand_com_z * J_6_z1 + (t39 - t42)) - t57
+    t46 = p_wrist_bend_inertia_xx * 0.5
+    t47 = p_wrist_bend_inertia_yy * 0.5
+    t48 = t46 - t47
+    t49 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t54 = t47 + (t46 + (p_hand_com_z * J_6_z1 + (t39 - t42)))
+    t55 = p_wrist_bend_com_z * t49 + t54
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t65 = p_wrist_bend_com_z * J_5_z1
-    t67 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t57 = p_wrist_bend_com_z * J_5_z1
+    t58 = J_6_z1 + t49
     # link 4 (wrist_roll): base parameters
-    t69 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t70 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t72 = p_wrist_roll_mass * 0.5
-    t78 = p_wrist_roll_inertia_yy * 0.5 + t70 * t72
-    t79 = (t69 + t70) * t72 + p_wrist_roll_inertia_xx * 0.5
-    t80 = t78 - t79
-    t81 = t69 * t72 + p_wrist_roll_inertia_zz * 0.5
-    J_4_xx = t80 + t81
-    J_4_yy = t79 + (t78 + (t56 + (t49 - t81) - t55))
-    t88 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t89 = p_wrist_roll_com_z * t88
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t60 = p_wrist_roll_inertia_yy * 0.5
+    t61 = p_wrist_roll_inertia_xx * 0.5
+    t62 = p_wrist_roll_inertia_zz * 0.5
+    t63 = t60 - t61
+    J_4_xx = t62 + t63
+    t65 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t70 = t61 + (t60 + (t48 + p_wrist_bend_com_y * J_5_z1)) - t62
+    J_4_yy = p_wrist_roll_com_z * t65 + t70
+    t72 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t73 = p_wrist_roll_com_z * t72
+    J_4_y1 = J_5_z1 + t65
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t96 = p_boom_dh_a * p_boom_dh_a
-    t101 = p_boom_dh_a * p_boom_mass
-    t103 = p_boom_dh_a * t88 - p_boom_com_z * t101
-    J_3_x1 = t101 + p_boom_dh_a * J_4_11
-    t106 = p_boom_mass * p_boom_com_z
-    t108 = t88 - t106
+    t80 = p_boom_dh_a * p_boom_dh_a
+    t85 = p_boom_dh_a * p_boom_mass
+    t87 = p_boom_dh_a * t72 - p_boom_com_z * t85
+    J_3_x1 = t85 + p_boom_dh_a * J_4_11
+    t90 = p_boom_mass * p_boom_com_z
+    t92 = t72 - t90
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t113 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
-    t114 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
-    t115 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
-    J_2_xx = t113 + t114 - t115
-    t118 = t113 - t114
-    t122 = t118 + (t80 - t81 - p_boom_com_z * t106 - t115)
+    t97 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
+    t98 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
+    t99 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
+    J_2_xx = t97 + t98 - t99
+    t102 = t97 - t98
+    t105 = p_boom_com_z * t90 + (p_wrist_roll_com_y * t72 + (t62 - t63))
+    t107 = t99 + t105 - t102
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
     # link 1 (shoulder_pan): base parameters
-    t126 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t111 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t115 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -7442,954 +7417,953 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     M_6_6 = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
     m_5_6_n_x = s_5 * M_6_6
-    t139 = c_5 * M_6_6
+    t126 = c_5 * M_6_6
     # link 4 (wrist_roll): effort when joint 6 is accelerated
     m_4_6_n_x = c_4 * m_5_6_n_x
     # link 2 (shoulder_tilt): effort when joint 6 is accelerated
-    t141 = s_2 * s_4
+    t128 = s_2 * s_4
     # link 6 (hand): composite body, before its turn
-    t144 = s_6 * s_6
-    t146 = c_6 * c_6
-    t148 = c_6 * s_6
-    C_6t_xy = J_6_xx * t148 - J_6_yy * t148
+    t131 = s_6 * s_6
+    t133 = c_6 * c_6
+    t135 = c_6 * s_6
+    C_6t_xy = J_6_xx * t135 - J_6_yy * t135
     # link 5 (wrist_bend): composite body
-    t155 = t59 - J_6_yy * t144 - J_6_xx * t146
+    t142 = t48 - J_6_yy * t131 - J_6_xx * t133
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t156 = t63 - t155
-    m_5_5_f_x = t67 * c_5
-    m_5_5_f_y = t67 * s_5
-    C_5t_xz = t65 * s_5 + c_5 * C_6t_xy
-    C_5t_yz = s_5 * C_6t_xy - t65 * c_5
+    t143 = t55 - t142
+    m_5_5_f_x = t58 * c_5
+    m_5_5_f_y = t58 * s_5
+    C_5t_xz = t57 * s_5 + c_5 * C_6t_xy
+    C_5t_yz = s_5 * C_6t_xy - t57 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t167 = c_4 * C_5t_xz
-    t168 = s_4 * C_5t_xz
+    t154 = c_4 * C_5t_xz
+    t155 = s_4 * C_5t_xz
     m_4_5_b_z = C_5t_yz + p_boom_dh_a * m_4_5_f_y
     # link 3 (boom): effort when joint 5 is accelerated
-    t177 = t168 - c_4 * t156 - p_boom_dh_a * m_5_5_f_y - m_5_5_f_x * (q_3 * c_4)
-    t180 = q_3 * m_4_5_f_y + (s_4 * t156 + t167)
+    t164 = t155 - c_4 * t143 - p_boom_dh_a * m_5_5_f_y - m_5_5_f_x * (q_3 * c_4)
+    t167 = q_3 * m_4_5_f_y + (s_4 * t143 + t154)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t186 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    m_2_5_b_z = t186 + (s_2 * t177 + c_2 * m_4_5_b_z)
+    t173 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    m_2_5_b_z = t173 + (s_2 * t164 + c_2 * m_4_5_b_z)
     # link 5 (wrist_bend): composite body, before its turn
-    t189 = c_5 * c_5
-    t191 = s_5 * s_5
-    t193 = c_5 * s_5
-    t196 = t155 * t193 + t63 * t193
+    t176 = c_5 * c_5
+    t178 = s_5 * s_5
+    t180 = c_5 * s_5
+    t183 = t142 * t180 + t55 * t180
     # link 4 (wrist_roll): composite body
-    C_4_xx = t63 * t191 + (J_4_xx - t155 * t189)
-    C_4_yy = J_6_yy * t146 + (J_4_yy + J_6_xx * t144)
-    t203 = t89 + C_5t_yz
+    C_4_xx = t55 * t178 + (J_4_xx - t142 * t176)
+    C_4_yy = J_6_yy * t133 + (J_4_yy + J_6_xx * t131)
+    t190 = t73 + C_5t_yz
     # link 4 (wrist_roll): effort when joint 4 is accelerated
     M_4_4 = C_4_xx + C_4_yy
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t213 = s_4 * t203 + c_4 * t196
-    t216 = p_boom_dh_a * m_4_4_f_y
-    m_4_4_b_z = M_4_4 + t216
+    t200 = s_4 * t190 + c_4 * t183
+    t203 = p_boom_dh_a * m_4_4_f_y
+    m_4_4_b_z = M_4_4 + t203
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t203 - s_4 * t196 - q_3 * C_4t_y1
+    m_3_4_b_x = c_4 * t190 - s_4 * t183 - q_3 * C_4t_y1
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t223 = s_2 * m_3_4_b_x
-    t224 = p_shoulder_tilt_dh_d * c_2
+    t210 = s_2 * m_3_4_b_x
+    t211 = p_shoulder_tilt_dh_d * c_2
     # link 4 (wrist_roll): composite body, before its turn
-    t227 = t167 - s_4 * C_4_yy
-    t230 = t168 - c_4 * C_4_xx
+    t214 = t154 - s_4 * C_4_yy
+    t217 = t155 - c_4 * C_4_xx
     # link 3 (boom): composite body
     C_3_x1 = J_3_x1 + m_4_4_f_y
-    t245 = t108 - m_5_5_f_x
+    t232 = t92 - m_5_5_f_x
     # link 2 (shoulder_tilt): effort when joint 3 is accelerated
-    t247 = p_shoulder_tilt_dh_d * J_3_11
+    t234 = p_shoulder_tilt_dh_d * J_3_11
     # link 2 (shoulder_tilt): composite body
-    C_2_xx = c_4 * (t168 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t167 + s_4 * C_4_xx))
-    t252 = q_3 * J_3_11
-    C_2_y1 = t245 - t252
-    t258 = q_3 * C_2_y1 + (q_3 * t245 + (t155 * t191 + (t122 - t63 * t189)))
-    t262 = t103 - t213 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
+    C_2_xx = c_4 * (t155 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t154 + s_4 * C_4_xx))
+    t239 = q_3 * J_3_11
+    C_2_y1 = t232 - t239
+    t245 = t107 + t55 * t176 - t142 * t178 - q_3 * t232 - q_3 * C_2_y1
+    t249 = t87 - t200 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t266 = s_2 * (s_4 * t230 - c_4 * t227 - p_boom_dh_a * C_4t_y1)
-    t268 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
-    t279 = m_5_6_n_x * t141 - c_2 * t139
+    t253 = s_2 * (s_4 * t217 - c_4 * t214 - p_boom_dh_a * C_4t_y1)
+    t255 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
+    t266 = m_5_6_n_x * t128 - c_2 * t126
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t296 = s_2 * qd_1
-    t297 = c_2 * qd_1
+    t283 = s_2 * qd_1
+    t284 = c_2 * qd_1
     # link 2 (shoulder_tilt): acceleration
-    t299 = s_2 * p_g
-    t300 = c_2 * p_g
+    t286 = s_2 * p_g
+    t287 = c_2 * p_g
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t296 * t297
-    t302 = qd_2 * t296
-    t303 = qd_2 * t297
-    w_2_xx = t296 * t296
+    w_2_xy = t283 * t284
+    t289 = qd_2 * t283
+    t290 = qd_2 * t284
+    w_2_xx = t283 * t283
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t306 = w_2_xx + w_2_zz
-    U_2_zy = t303 * -2.0
+    t293 = w_2_xx + w_2_zz
+    U_2_zy = t290 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t311 = t103 * (w_1_zz - t306)
-    t313 = J_2_xx + t122
-    N_2_z = w_2_xy * t313
+    t298 = t87 * (w_1_zz - t293)
+    t300 = J_2_xx - t107
+    N_2_z = w_2_xy * t300
     # link 3 (boom): acceleration of its frame
-    t318 = t296 * -2.0
-    t320 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * t318
-    a_3_x = q_3 * U_2_zy + t320
-    t323 = qd_2 * 2.0
-    t325 = t299 - qd_3 * t323
-    t326 = q_3 * w_2_xy + t325
-    a_3_z = t300 - q_3 * t306
+    t305 = t283 * -2.0
+    t307 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * t305
+    a_3_x = q_3 * U_2_zy + t307
+    t310 = qd_2 * 2.0
+    t312 = t286 - qd_3 * t310
+    t313 = q_3 * w_2_xy + t312
+    a_3_z = t287 - q_3 * t293
     # link 3 (boom): products of angular velocity
-    w_3_zz = t297 * t297
+    w_3_zz = t284 * t284
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t306 - w_3_zz
+    U_3_xx = w_2_zz - t293 - w_3_zz
     # link 3 (boom): Newton, inertial force
-    t332 = J_3_x1 * U_3_xx
-    t336 = t108 * t306
+    t319 = J_3_x1 * U_3_xx
+    t323 = t92 * t293
     # link 4 (wrist_roll): angular velocity of link 3
-    t344 = s_4 * t296 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t296
+    t331 = s_4 * t283 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t283
     # link 4 (wrist_roll): acceleration field U along the axis
-    t350 = s_4 * w_2_xy - c_4 * U_2_zy
+    t337 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
-    t353 = p_boom_dh_a * U_3_xx
-    a_4b_x = a_3_x + t353
+    t340 = p_boom_dh_a * U_3_xx
+    a_4b_x = a_3_x + t340
     # link 4 (wrist_roll): acceleration
-    t357 = s_4 * t326 - c_4 * a_4b_x
+    t344 = s_4 * t313 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t297
+    omega_4_z = qd_4 + t284
     # link 4 (wrist_roll): products of angular velocity
-    t362 = t344 * omega_4r_y
-    t363 = t344 * omega_4_z
+    t349 = t331 * omega_4r_y
+    t350 = t331 * omega_4_z
     w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t344 * t344
+    w_4_xx = t331 * t331
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t367 = t350 - t363
+    t354 = t337 - t350
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t302 - t362
-    t369 = w_4_xx + w_4_zz
-    t371 = 2.0 * w_4_yz
-    U_4_zy = t371 + (c_4 * w_2_xy + s_4 * U_2_zy)
+    U_4_xy = t289 - t349
+    t356 = w_4_xx + w_4_zz
+    t358 = 2.0 * w_4_yz
+    U_4_zy = t358 + (c_4 * w_2_xy + s_4 * U_2_zy)
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
-    t375 = J_4_y1 * t369
+    t362 = J_4_y1 * t356
     F_4_z = J_4_y1 * U_4_zy
     # link 4 (wrist_roll): Euler, inertial moment
-    t378 = t89 * (t306 - t369)
-    t383 = J_4_xx + J_4_yy
-    t386 = J_4_xx - J_4_yy
-    t387 = t362 * t386
+    t365 = t73 * (t293 - t356)
+    t370 = J_4_xx + J_4_yy
+    t373 = J_4_xx - J_4_yy
+    t374 = t349 * t373
     # link 5 (wrist_bend): angular velocity of link 4
-    t391 = s_5 * omega_4_z + c_5 * t344
-    omega_5r_y = s_5 * t344 - c_5 * omega_4_z
+    t378 = s_5 * omega_4_z + c_5 * t331
+    omega_5r_y = s_5 * t331 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t397 = s_5 * U_4_zy - c_5 * U_4_xy
+    t384 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t404 = t391 * omega_5r_y
-    t405 = t391 * omega_5_z
+    t391 = t378 * omega_5r_y
+    t392 = t378 * omega_5_z
     w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t391 * t391
+    w_5_xx = t378 * t378
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t367 - t404
-    t410 = w_5_xx + w_5_zz
-    t411 = 2.0 * t405
-    U_5_zx = t397 - t411
-    t413 = 2.0 * w_5_yz
-    U_5_zy = t413 + (c_5 * U_4_zy + s_5 * U_4_xy)
+    U_5_xy = t354 - t391
+    t397 = w_5_xx + w_5_zz
+    t398 = 2.0 * t392
+    U_5_zx = t384 - t398
+    t400 = 2.0 * w_5_yz
+    U_5_zy = t400 + (c_5 * U_4_zy + s_5 * U_4_xy)
     # link 5 (wrist_bend): Newton, inertial force
-    t416 = t67 * U_5_xy
-    F_5_y = t67 * t410
+    t403 = t58 * U_5_xy
+    F_5_y = t58 * t397
     # link 5 (wrist_bend): Euler, inertial moment
-    t420 = t65 * (t369 - t410)
-    t427 = t59 - t63
-    t429 = t63 - t58
-    t430 = t404 * t429
+    t407 = t57 * (t356 - t397)
+    t414 = t48 - t55
+    t416 = t48 + t55
+    t417 = t391 * t416
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t391
-    omega_6r_y = s_6 * t391 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t378
+    omega_6r_y = s_6 * t378 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t397 - t405
+    alpha_6_z = t384 - t392
     # link 6 (hand): acceleration field U
-    t444 = 2.0 * (omega_6r_x * omega_6_z)
-    U_6_zx = t444 + (s_6 * U_5_zy + c_6 * U_5_xy)
-    t448 = 2.0 * (omega_6r_y * omega_6_z)
-    U_6_zy = t448 + (c_6 * U_5_zy - s_6 * U_5_xy)
+    t431 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = t431 + (s_6 * U_5_zy + c_6 * U_5_xy)
+    t435 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = t435 + (c_6 * U_5_zy - s_6 * U_5_xy)
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t452 = J_6_xx * U_6_zx
-    t453 = J_6_xx - J_6_yy
-    t455 = t453 * (omega_6r_x * omega_6r_y)
-    N_6_z = t455 + M_6_6 * alpha_6_z
+    t439 = J_6_xx * U_6_zx
+    t440 = J_6_xx - J_6_yy
+    t442 = t440 * (omega_6r_x * omega_6r_y)
+    N_6_z = t442 + M_6_6 * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t463 = t67 * (c_4 * t326 + s_4 * a_4b_x) + (t420 + t63 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (s_6 * t452 + t463)
-    t467 = N_6_z + (t65 * U_5_xy - t59 * U_5_zx)
-    t469 = t65 * t397 + t67 * (s_5 * a_3_z + c_5 * t357) - t367 * t427
-    t472 = c_6 * t452 + (t469 - t430) - s_6 * N_6_x
+    t450 = t58 * (c_4 * t313 + s_4 * a_4b_x) + (t407 + t55 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (s_6 * t439 + t450)
+    t454 = N_6_z + (t57 * U_5_xy - t48 * U_5_zx)
+    t456 = t57 * t384 + t58 * (s_5 * a_3_z + c_5 * t344) - t354 * t414
+    t459 = c_6 * t439 + (t456 - t417) - s_6 * N_6_x
     # link 5 (wrist_bend): force, before its turn
-    t473 = s_5 * F_5_y
-    t475 = c_5 * F_5_y
+    t460 = s_5 * F_5_y
+    t462 = c_5 * F_5_y
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - t473 - c_5 * t416
-    t483 = t375 + t67 * U_5_zy
-    f_4_z = s_5 * t416 + (F_4_z - t475)
+    f_4_x = F_4_x - t460 - c_5 * t403
+    t470 = t362 + t58 * U_5_zy
+    f_4_z = s_5 * t403 + (F_4_z - t462)
     # link 4 (wrist_roll): moment from link 3
-    t488 = s_5 * t467 + (J_4_yy * U_4_zy + (t378 + J_4_y1 * a_3_z))
-    n_4_x = c_5 * n_5_x + t488
-    n_4_y = J_4_xx * (t363 - t367) - t89 * U_4_xy - t472
-    t495 = t387 + (t302 * t383 + t89 * t350) - J_4_y1 * t357 - c_5 * t467
-    t496 = s_5 * n_5_x + t495
+    t475 = s_5 * t454 + (J_4_yy * U_4_zy + (t365 + J_4_y1 * a_3_z))
+    n_4_x = c_5 * n_5_x + t475
+    n_4_y = J_4_xx * (t350 - t354) - t73 * U_4_xy - t459
+    t482 = t374 + (t289 * t370 + t73 * t337) - J_4_y1 * t344 - c_5 * t454
+    t483 = s_5 * n_5_x + t482
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t483
+    f_4t_y = s_4 * f_4_x - c_4 * t470
     # link 3 (boom): force from link 2
-    t510 = c_4 * f_4_x + (J_3_11 * a_3_x + t332 - t108 * U_2_zy)
-    f_3_x = s_4 * t483 + t510
-    f_3_y = f_4t_y + (t108 * w_2_xy - J_3_11 * t326)
-    f_3_z = f_4_z + (t336 + J_3_11 * a_3_z)
+    t497 = c_4 * f_4_x + (J_3_11 * a_3_x + t319 - t92 * U_2_zy)
+    f_3_x = s_4 * t470 + t497
+    f_3_y = f_4t_y + (t92 * w_2_xy - J_3_11 * t313)
+    f_3_z = f_4_z + (t323 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t520 = J_3_x1 * a_3_z + (t108 * a_3_x + (t122 * U_2_zy - t311))
-    t523 = p_boom_dh_a * f_4_z + (t520 - s_4 * n_4_x - c_4 * n_4_y)
-    t525 = J_2_xx * qd_2
-    t529 = p_boom_dh_a * f_4t_y + (t103 * w_2_xy - J_3_x1 * t326 - t496)
+    t507 = t107 * U_2_zy + t298 - t92 * a_3_x - J_3_x1 * a_3_z
+    t510 = c_4 * n_4_y + (s_4 * n_4_x + t507) - p_boom_dh_a * f_4_z
+    t512 = J_2_xx * qd_2
+    t516 = p_boom_dh_a * f_4t_y + (t87 * w_2_xy - J_3_x1 * t313 - t483)
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t543 = t472 + tau_5
-    t545 = N_6_z - tau_6
+    t530 = t459 + tau_5
+    t532 = N_6_z - tau_6
     # solve: L D L^T
-    t547 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
-    t548 = t279 * t547
-    t549 = m_4_6_n_x * t547
-    t550 = t139 * t547
-    t557 = 1.0 / (t156 + p_wrist_bend_added_inertia_inertia)
-    t558 = m_2_5_b_z * t557
-    t559 = t180 * t557
-    t560 = m_5_5_f_y * t557
-    t561 = C_5t_yz * t557
-    t571 = t279 * t550 + (c_2 * m_4_4_b_z - t223 - m_4_4_f_y * t224)
-    t572 = t571 - m_2_5_b_z * t561
-    t576 = m_4_6_n_x * t550 + (t213 + q_3 * m_4_4_f_y) - t180 * t561
-    t577 = m_5_5_f_y * t561
-    t580 = M_4_4 + p_wrist_roll_added_inertia_inertia - t139 * t550
-    t582 = 1.0 / (t580 - C_5t_yz * t561)
-    t583 = t572 * t582
-    t584 = t576 * t582
-    t585 = t577 * t582
-    t592 = m_2_5_b_z * t560 + (s_2 * C_3_x1 - s_2 * t247) - t572 * t585
-    t595 = t576 * t585 + (C_4t_y1 - t180 * t560)
-    t598 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t560
-    t600 = 1.0 / (t598 - t577 * t585)
-    t601 = t592 * t600
-    t602 = t595 * t600
-    t608 = t268 + (t266 - c_2 * t262) - t279 * t549 - m_2_5_b_z * t559
-    t610 = t592 * t602 + (t608 - t572 * t584)
-    t613 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx - t258)
-    t616 = t613 - m_4_6_n_x * t549 - t180 * t559 - t576 * t584
-    t618 = 1.0 / (t616 - t595 * t602)
-    t619 = t610 * t618
-    t622 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t624 = p_boom_mass * t96 + (p_shoulder_pan_inertia_yy + J_4_11 * t96)
-    t626 = p_shoulder_tilt_dh_d * t126 + (p_shoulder_tilt_com_y * J_2_z1 + t624)
-    t630 = p_shoulder_tilt_dh_d * J_2_z1 + t626 + t216 * 2.0 - s_4 * t227
-    t633 = t630 - c_4 * t230 - c_2 * (t223 - c_2 * C_2_xx) - s_2 * (s_2 * t258 + c_2 * m_3_4_b_x)
-    t635 = t633 - p_shoulder_tilt_dh_d * (C_3_x1 - t247) - p_shoulder_tilt_dh_d * C_3_x1
-    t637 = p_shoulder_pan_added_inertia_inertia + t635 - t279 * t548
-    t640 = t637 - m_2_5_b_z * t558 - t572 * t583 - t592 * t601
-    t654 = t545 * t550 + (t496 + tau_4) - t543 * t561
-    t660 = t585 * t654 + (f_3_z - tau_3 - t543 * t560)
-    t666 = q_3 * f_3_y + (s_4 * n_4_y + (N_2_z + t108 * t326 - c_4 * n_4_x))
-    t670 = t584 * t654 + (t543 * t559 + (t545 * t549 + (t666 - tau_2)))
-    t671 = t602 * t660 + t670
-    t673 = c_2 * (t529 - 2.0 * (t296 * t525)) + s_2 * (t523 - q_3 * f_3_x)
-    t676 = t545 * t548 + (t673 - p_shoulder_tilt_dh_d * f_2t_x - tau_1)
-    t680 = t583 * t654 + (t543 * t558 + t676) - t601 * t660 - t619 * t671
-    t681 = 1.0 / (t118 + (t115 + (t622 + (t640 - t610 * t619))))
-    t682 = t680 * t681
-    t689 = t618 * t671 - t619 * t682
-    t693 = t602 * t689 + (t600 * t660 - t601 * t682)
-    t699 = t585 * t693 + (t584 * t689 + (t582 * t654 + t583 * t682))
+    t534 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
+    t535 = t266 * t534
+    t536 = m_4_6_n_x * t534
+    t537 = t126 * t534
+    t544 = 1.0 / (t143 + p_wrist_bend_added_inertia_inertia)
+    t545 = m_2_5_b_z * t544
+    t546 = t167 * t544
+    t547 = m_5_5_f_y * t544
+    t548 = C_5t_yz * t544
+    t558 = t266 * t537 + (c_2 * m_4_4_b_z - t210 - m_4_4_f_y * t211)
+    t559 = t558 - m_2_5_b_z * t548
+    t563 = m_4_6_n_x * t537 + (t200 + q_3 * m_4_4_f_y) - t167 * t548
+    t564 = m_5_5_f_y * t548
+    t567 = M_4_4 + p_wrist_roll_added_inertia_inertia - t126 * t537
+    t569 = 1.0 / (t567 - C_5t_yz * t548)
+    t570 = t559 * t569
+    t571 = t563 * t569
+    t572 = t564 * t569
+    t579 = m_2_5_b_z * t547 + (s_2 * C_3_x1 - s_2 * t234) - t559 * t572
+    t582 = t563 * t572 + (C_4t_y1 - t167 * t547)
+    t585 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t547
+    t587 = 1.0 / (t585 - t564 * t572)
+    t588 = t579 * t587
+    t589 = t582 * t587
+    t595 = t255 + (t253 - c_2 * t249) - t266 * t536 - m_2_5_b_z * t546
+    t597 = t579 * t589 + (t595 - t559 * t571)
+    t600 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t245)
+    t603 = t600 - m_4_6_n_x * t536 - t167 * t546 - t563 * t571
+    t605 = 1.0 / (t603 - t582 * t589)
+    t606 = t597 * t605
+    t609 = p_boom_mass * t80 + (p_shoulder_pan_inertia_yy + J_4_11 * t80)
+    t611 = p_shoulder_tilt_dh_d * t111 + (p_shoulder_tilt_com_y * J_2_z1 + t609)
+    t615 = t115 + (p_shoulder_tilt_dh_d * J_2_z1 + t611) + t203 * 2.0
+    t618 = t615 - s_4 * t214 - c_4 * t217 - c_2 * (t210 - c_2 * C_2_xx)
+    t620 = s_2 * (s_2 * t245 - c_2 * m_3_4_b_x) + t618 - p_shoulder_tilt_dh_d * (C_3_x1 - t234)
+    t622 = p_shoulder_pan_added_inertia_inertia + (t620 - p_shoulder_tilt_dh_d * C_3_x1)
+    t625 = t622 - t266 * t535 - m_2_5_b_z * t545 - t559 * t570
+    t639 = t532 * t537 + (t483 + tau_4) - t530 * t548
+    t645 = t572 * t639 + (f_3_z - tau_3 - t530 * t547)
+    t651 = q_3 * f_3_y + (s_4 * n_4_y + (N_2_z + t92 * t313 - c_4 * n_4_x))
+    t655 = t571 * t639 + (t530 * t546 + (t532 * t536 + (t651 - tau_2)))
+    t656 = t589 * t645 + t655
+    t658 = c_2 * (t516 - 2.0 * (t283 * t512)) - s_2 * (q_3 * f_3_x + t510)
+    t661 = t532 * t535 + (t658 - p_shoulder_tilt_dh_d * f_2t_x - tau_1)
+    t665 = t570 * t639 + (t530 * t545 + t661) - t588 * t645 - t606 * t656
+    t666 = 1.0 / (t102 + (t99 + (t625 - t579 * t588 - t597 * t606)))
+    t667 = t665 * t666
+    t674 = t605 * t656 - t606 * t667
+    t678 = t589 * t674 + (t587 * t645 - t588 * t667)
+    t684 = t572 * t678 + (t571 * t674 + (t569 * t639 + t570 * t667))
     # derivative: link 1 (shoulder_pan): products of angular velocity
-    t708 = qd_1 * 2.0
+    t693 = qd_1 * 2.0
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    t709 = c_2 * t682
+    t694 = c_2 * t667
     # derivative: link 2 (shoulder_tilt): acceleration field U along the axis
-    t710 = s_2 * t682
+    t695 = s_2 * t667
     # link 2 (shoulder_tilt): acceleration of its joint
-    t711 = p_shoulder_tilt_dh_d * t682
+    t696 = p_shoulder_tilt_dh_d * t667
     # link 2 (shoulder_tilt): acceleration
-    t713 = c_2 * t711
+    t698 = c_2 * t696
     # derivative: link 2 (shoulder_tilt): acceleration
-    t714 = s_2 * t711
+    t699 = s_2 * t696
     # derivative: link 2 (shoulder_tilt): products of angular velocity
-    t717 = s_2 * t297 + c_2 * t296
-    t718 = w_2_xx - w_3_zz
-    t719 = s_2 * qd_2
-    t721 = 2.0 * (s_2 * t296)
-    t722 = w_2_xy * 2.0
+    t702 = s_2 * t284 + c_2 * t283
+    t703 = w_2_xx - w_3_zz
+    t704 = s_2 * qd_2
+    t706 = 2.0 * (s_2 * t283)
+    t707 = w_2_xy * 2.0
     # link 2 (shoulder_tilt): angular acceleration
-    alpha_2_y = t302 + t709
+    alpha_2_y = t289 + t694
     # link 2 (shoulder_tilt): acceleration field U
-    U_2_xy = w_2_xy + t689
+    U_2_xy = w_2_xy + t674
     # derivative: link 2 (shoulder_tilt): acceleration field U
-    t726 = t303 - t710
+    t711 = t290 - t695
     # link 2 (shoulder_tilt): acceleration field U
-    t729 = t303 * 2.0 - t710
+    t714 = t290 * 2.0 - t695
     # derivative: link 2 (shoulder_tilt): acceleration field U
-    t730 = t297 * -2.0
-    t732 = -2.0 * (c_2 * qd_2)
-    t734 = t709 + t302 * 2.0
+    t715 = t284 * -2.0
+    t717 = -2.0 * (c_2 * qd_2)
+    t719 = t694 + t289 * 2.0
     # derivative: link 3 (boom): acceleration of its joint
-    t753 = q_3 * t717
-    t756 = t300 + t714 - q_3 * t718
-    t757 = q_3 * t721
-    t759 = q_3 * t323
-    t761 = q_3 * t730
+    t738 = q_3 * t702
+    t741 = t287 + t699 - q_3 * t703
+    t742 = q_3 * t706
+    t744 = q_3 * t310
+    t746 = q_3 * t715
     # link 3 (boom): acceleration of its frame
-    t764 = t320 - q_3 * t729
+    t749 = t307 - q_3 * t714
     # derivative: link 3 (boom): acceleration of its frame
-    t768 = p_shoulder_tilt_dh_d * t708 + q_3 * t732 - 2.0 * (s_2 * qd_3)
-    t771 = q_3 * t734 - 2.0 * (qd_3 * t297)
-    t772 = qd_3 * 2.0
+    t753 = p_shoulder_tilt_dh_d * t693 + q_3 * t717 - 2.0 * (s_2 * qd_3)
+    t756 = q_3 * t719 - 2.0 * (qd_3 * t284)
+    t757 = qd_3 * 2.0
     # link 3 (boom): acceleration of its frame
-    t774 = t325 + (q_3 * U_2_xy - t713)
-    t776 = t714 + (a_3_z - t693)
+    t759 = t312 + (q_3 * U_2_xy - t698)
+    t761 = t699 + (a_3_z - t678)
     # derivative: link 3 (boom): acceleration of its frame
-    t778 = q_3 * t722 + (t299 - t713)
+    t763 = q_3 * t707 + (t286 - t698)
     # derivative: link 3 (boom): acceleration field U
-    t781 = t721 + 2.0 * (c_2 * t297)
+    t766 = t706 + 2.0 * (c_2 * t284)
     # link 3 (boom): Newton, inertial force
-    t787 = t108 * t729
-    t791 = t108 * U_2_xy
-    t794 = J_3_x1 * t709
+    t772 = t92 * t714
+    t776 = t92 * U_2_xy
+    t779 = J_3_x1 * t694
     # derivative: link 3 (boom): Newton, inertial force
-    t795 = J_3_x1 * t710
-    t798 = J_3_11 * U_2_xy
-    t800 = J_3_11 * t323
-    t804 = t108 * t323
-    t807 = J_3_11 * t306
+    t780 = J_3_x1 * t695
+    t783 = J_3_11 * U_2_xy
+    t785 = J_3_11 * t310
+    t789 = t92 * t310
+    t792 = J_3_11 * t293
     # derivative: link 4 (wrist_roll): angular velocity of link 3
-    t829 = s_4 * t297
-    t830 = s_2 * c_4
-    t831 = c_4 * t297
+    t814 = s_4 * t284
+    t815 = s_2 * c_4
+    t816 = c_4 * t284
     # derivative: link 4 (wrist_roll): acceleration field U along the axis
-    t838 = c_4 * t730
+    t823 = c_4 * t715
     # link 4 (wrist_roll): acceleration field U along the axis
-    t841 = s_4 * U_2_xy + c_4 * t729
+    t826 = s_4 * U_2_xy + c_4 * t714
     # derivative: link 4 (wrist_roll): acceleration field U along the axis
-    t842 = c_4 * U_2_xy - s_4 * t729
-    t843 = s_4 * t717 - c_4 * t732
-    t844 = s_4 * t718 + c_4 * t734
+    t827 = c_4 * U_2_xy - s_4 * t714
+    t828 = s_4 * t702 - c_4 * t717
+    t829 = s_4 * t703 + c_4 * t719
     # link 4 (wrist_roll): acceleration of its joint
-    t851 = t353 + t764
+    t836 = t340 + t749
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t852 = t768 - p_boom_dh_a * t781
+    t837 = t753 - p_boom_dh_a * t766
     # link 4 (wrist_roll): acceleration of its joint
-    t853 = p_boom_dh_a * t709
+    t838 = p_boom_dh_a * t694
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t854 = p_boom_dh_a * t710
+    t839 = p_boom_dh_a * t695
     # link 4 (wrist_roll): acceleration of its joint
-    t855 = t774 + t853
+    t840 = t759 + t838
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t856 = t756 - t854
+    t841 = t741 - t839
     # link 4 (wrist_roll): acceleration of its joint
-    a_4b_z = t776 - t854
+    a_4b_z = t761 - t839
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t858 = t778 + t853
+    t843 = t763 + t838
     # link 4 (wrist_roll): acceleration
-    t871 = s_4 * t855 - c_4 * t851
+    t856 = s_4 * t840 - c_4 * t836
     # derivative: link 4 (wrist_roll): acceleration
-    t872 = c_4 * t855 + s_4 * t851
-    t873 = s_4 * t323 + c_4 * t318
-    t874 = s_4 * t753 - c_4 * t852
-    t875 = s_4 * t856 - c_4 * t771
-    t876 = s_4 * t772 + c_4 * t761
+    t857 = c_4 * t840 + s_4 * t836
+    t858 = s_4 * t310 + c_4 * t305
+    t859 = s_4 * t738 - c_4 * t837
+    t860 = s_4 * t841 - c_4 * t756
+    t861 = s_4 * t757 + c_4 * t746
     # derivative: link 4 (wrist_roll): products of angular velocity
-    t894 = c_4 * omega_4r_y + s_4 * t344
-    t895 = w_4_xx - omega_4r_y * omega_4r_y
-    t897 = t141 * omega_4r_y - t344 * t830
-    t899 = omega_4r_y * t829 - t344 * t831
-    t902 = c_4 * omega_4_z
-    t904 = t141 * omega_4_z + c_2 * t344
-    t906 = omega_4_z * t829 - t296 * t344
-    t913 = -2.0 * t362
-    t915 = 2.0 * (c_4 * t344)
-    t916 = 2.0 * omega_4_z
+    t879 = c_4 * omega_4r_y + s_4 * t331
+    t880 = w_4_xx - omega_4r_y * omega_4r_y
+    t882 = t128 * omega_4r_y - t331 * t815
+    t884 = omega_4r_y * t814 - t331 * t816
+    t887 = c_4 * omega_4_z
+    t889 = t128 * omega_4_z + c_2 * t331
+    t891 = omega_4_z * t814 - t283 * t331
+    t898 = -2.0 * t349
+    t900 = 2.0 * (c_4 * t331)
+    t901 = 2.0 * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t917 = t363 - t841
+    t902 = t350 - t826
     # derivative: link 4 (wrist_roll): angular acceleration
-    t918 = w_4_yz + t842
-    t919 = t843 - t904
-    t920 = t844 + t906
-    t921 = t838 + t902
+    t903 = w_4_yz + t827
+    t904 = t828 - t889
+    t905 = t829 + t891
+    t906 = t823 + t887
     # link 4 (wrist_roll): angular acceleration
-    alpha_4_z = t699 - alpha_2_y
+    alpha_4_z = t684 - alpha_2_y
     # link 4 (wrist_roll): acceleration field U
-    t923 = t362 + alpha_4_z
+    t908 = t349 + alpha_4_z
     # derivative: link 4 (wrist_roll): acceleration field U
-    t924 = t726 - t899
-    t925 = t296 - t894
-    t926 = t719 - t897
-    t931 = 2.0 * (t141 * t344) + 2.0 * (c_2 * omega_4_z)
-    t936 = 2.0 * (t344 * t829) - 2.0 * (t296 * omega_4_z)
+    t909 = t711 - t884
+    t910 = t283 - t879
+    t911 = t704 - t882
+    t916 = 2.0 * (t128 * t331) + 2.0 * (c_2 * omega_4_z)
+    t921 = 2.0 * (t331 * t814) - 2.0 * (t283 * omega_4_z)
     # link 4 (wrist_roll): acceleration field U
-    t942 = t371 + t842
+    t927 = t358 + t827
     # derivative: link 4 (wrist_roll): acceleration field U
-    t945 = s_4 * t730 + 2.0 * (s_4 * omega_4_z)
-    t947 = 2.0 * t363 - t841
-    t950 = c_4 * t717 + s_4 * t732 - 2.0 * (omega_4_z * t830 - c_2 * omega_4r_y)
-    t953 = c_4 * t718 - s_4 * t734 + 2.0 * (omega_4_z * t831 + t296 * omega_4r_y)
-    t954 = 2.0 * omega_4r_y
+    t930 = s_4 * t715 + 2.0 * (s_4 * omega_4_z)
+    t932 = 2.0 * t350 - t826
+    t935 = c_4 * t702 + s_4 * t717 - 2.0 * (omega_4_z * t815 - c_2 * omega_4r_y)
+    t938 = c_4 * t703 - s_4 * t719 + 2.0 * (omega_4_z * t816 + t283 * omega_4r_y)
+    t939 = 2.0 * omega_4r_y
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t1022 = t386 * t899 + (t383 * t726 - t89 * t844) - J_4_y1 * t875
-    t1025 = t386 * t897 + (t383 * t719 + t89 * t843) - J_4_y1 * t874
-    t1028 = J_4_y1 * t876 + (t386 * t894 + (t296 * t383 - t89 * t838))
+    t1007 = t373 * t884 + (t370 * t711 - t73 * t829) - J_4_y1 * t860
+    t1010 = t373 * t882 + (t370 * t704 + t73 * t828) - J_4_y1 * t859
+    t1013 = J_4_y1 * t861 + (t373 * t879 + (t283 * t370 - t73 * t823))
     # derivative: link 5 (wrist_bend): angular velocity of link 4
-    t1031 = c_5 * omega_4r_y
-    t1034 = c_4 * c_5
-    t1035 = c_2 * s_5 + c_5 * t141
-    t1036 = s_5 * t296 - c_5 * t829
-    t1037 = s_5 * omega_4r_y
-    t1040 = c_4 * s_5
-    t1043 = s_5 * t141 - c_2 * c_5
-    t1044 = s_5 * t829 + c_5 * t296
+    t1016 = c_5 * omega_4r_y
+    t1019 = c_4 * c_5
+    t1020 = c_2 * s_5 + c_5 * t128
+    t1021 = s_5 * t283 - c_5 * t814
+    t1022 = s_5 * omega_4r_y
+    t1025 = c_4 * s_5
+    t1028 = s_5 * t128 - c_2 * c_5
+    t1029 = s_5 * t814 + c_5 * t283
     # derivative: link 5 (wrist_bend): acceleration field U along the axis
-    t1051 = s_5 * t954
+    t1036 = s_5 * t939
     # link 5 (wrist_bend): acceleration field U along the axis
-    t1058 = s_5 * t942 + c_5 * t923
+    t1043 = s_5 * t927 + c_5 * t908
     # derivative: link 5 (wrist_bend): acceleration field U along the axis
-    t1059 = c_5 * t942 - s_5 * t923
-    t1060 = s_5 * t945 - c_5 * t925
-    t1061 = s_5 * t947 + c_5 * t895
-    t1062 = s_5 * t950 - c_5 * t926
-    t1063 = s_5 * t953 + c_5 * t924
+    t1044 = c_5 * t927 - s_5 * t908
+    t1045 = s_5 * t930 - c_5 * t910
+    t1046 = s_5 * t932 + c_5 * t880
+    t1047 = s_5 * t935 - c_5 * t911
+    t1048 = s_5 * t938 + c_5 * t909
     # derivative: link 5 (wrist_bend): products of angular velocity
-    t1097 = w_5_xx - omega_5r_y * omega_5r_y
-    t1099 = omega_5r_y * t1031 + t391 * t1037
-    t1101 = omega_5r_y * t1035 + t391 * t1043
-    t1103 = omega_5r_y * t1036 - t391 * t1044
-    t1105 = omega_5r_y * t1034 + t391 * t1040
-    t1107 = s_5 * omega_5r_y - c_5 * t391
-    t1112 = s_5 * omega_5_z
-    t1114 = omega_5_z * t1034 + s_4 * t391
-    t1116 = omega_5_z * t1031 - t344 * t391
-    t1118 = omega_5_z * t1035 - t391 * t830
-    t1120 = omega_5_z * t1036 + t391 * t831
-    t1133 = -2.0 * t404
-    t1135 = 2.0 * (s_5 * t391)
-    t1136 = 2.0 * omega_5_z
+    t1082 = w_5_xx - omega_5r_y * omega_5r_y
+    t1084 = omega_5r_y * t1016 + t378 * t1022
+    t1086 = omega_5r_y * t1020 + t378 * t1028
+    t1088 = omega_5r_y * t1021 - t378 * t1029
+    t1090 = omega_5r_y * t1019 + t378 * t1025
+    t1092 = s_5 * omega_5r_y - c_5 * t378
+    t1097 = s_5 * omega_5_z
+    t1099 = omega_5_z * t1019 + s_4 * t378
+    t1101 = omega_5_z * t1016 - t331 * t378
+    t1103 = omega_5_z * t1020 - t378 * t815
+    t1105 = omega_5_z * t1021 + t378 * t816
+    t1118 = -2.0 * t391
+    t1120 = 2.0 * (s_5 * t378)
+    t1121 = 2.0 * omega_5_z
     # link 5 (wrist_bend): angular acceleration
-    t1137 = t405 - t1058
-    t1140 = t559 * t689 + (t543 * t557 + t558 * t682) - t560 * t693
-    t1142 = t917 + (t1140 - t561 * t699)
+    t1122 = t392 - t1043
+    t1125 = t546 * t674 + (t530 * t544 + t545 * t667) - t547 * t678
+    t1127 = t902 + (t1125 - t548 * t684)
     # link 5 (wrist_bend): acceleration field U
-    t1143 = t404 + t1142
+    t1128 = t391 + t1127
     # derivative: link 5 (wrist_bend): acceleration field U
-    t1144 = t918 + t1099
-    t1145 = t921 + t1105
-    t1146 = t919 - t1101
-    t1147 = t920 - t1103
-    t1148 = t344 + t1107
-    t1153 = 2.0 * (t391 * t1034) + 2.0 * (s_4 * omega_5_z)
-    t1158 = 2.0 * (t391 * t1031) - 2.0 * (t344 * omega_5_z)
-    t1163 = 2.0 * (t391 * t1035) - 2.0 * (omega_5_z * t830)
-    t1168 = 2.0 * (t391 * t1036) + 2.0 * (omega_5_z * t831)
-    t1170 = w_5_yz + t1059
-    t1172 = t1061 + t1116
-    t1174 = t1062 - t1118
-    t1176 = t1063 - t1120
-    t1178 = t1060 - t1114
-    t1180 = t1051 - t1112
+    t1129 = t903 + t1084
+    t1130 = t906 + t1090
+    t1131 = t904 - t1086
+    t1132 = t905 - t1088
+    t1133 = t331 + t1092
+    t1138 = 2.0 * (t378 * t1019) + 2.0 * (s_4 * omega_5_z)
+    t1143 = 2.0 * (t378 * t1016) - 2.0 * (t331 * omega_5_z)
+    t1148 = 2.0 * (t378 * t1020) - 2.0 * (omega_5_z * t815)
+    t1153 = 2.0 * (t378 * t1021) + 2.0 * (omega_5_z * t816)
+    t1155 = w_5_yz + t1044
+    t1157 = t1046 + t1101
+    t1159 = t1047 - t1103
+    t1161 = t1048 - t1105
+    t1163 = t1045 - t1099
+    t1165 = t1036 - t1097
     # link 5 (wrist_bend): acceleration field U
-    t1182 = t413 + t1059
+    t1167 = t400 + t1044
     # derivative: link 5 (wrist_bend): acceleration field U
-    t1183 = t411 - t1058
-    t1186 = c_5 * t947 - s_5 * t895 - 2.0 * (omega_5_z * t1037 - t344 * omega_5r_y)
-    t1189 = c_5 * t950 + s_5 * t926 + 2.0 * (omega_5_z * t1043 - omega_5r_y * t830)
-    t1192 = c_5 * t953 - s_5 * t924 - 2.0 * (omega_5_z * t1044 - omega_5r_y * t831)
-    t1195 = c_5 * t945 + s_5 * t925 + 2.0 * (omega_5_z * t1040 + s_4 * omega_5r_y)
-    t1198 = c_5 * t954 - 2.0 * (c_5 * omega_5_z)
-    t1199 = 2.0 * omega_5r_y
+    t1168 = t398 - t1043
+    t1171 = c_5 * t932 - s_5 * t880 - 2.0 * (omega_5_z * t1022 - t331 * omega_5r_y)
+    t1174 = c_5 * t935 + s_5 * t911 + 2.0 * (omega_5_z * t1028 - omega_5r_y * t815)
+    t1177 = c_5 * t938 - s_5 * t909 - 2.0 * (omega_5_z * t1029 - omega_5r_y * t816)
+    t1180 = c_5 * t930 + s_5 * t910 + 2.0 * (omega_5_z * t1025 + s_4 * omega_5r_y)
+    t1183 = c_5 * t939 - 2.0 * (c_5 * omega_5_z)
+    t1184 = 2.0 * omega_5r_y
     # link 5 (wrist_bend): Newton, inertial force
-    t1200 = t67 * t1143
+    t1185 = t58 * t1128
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t1201 = t67 * t1097
-    t1202 = t67 * t1144
-    t1203 = t67 * t1146
-    t1204 = t67 * t1147
-    t1205 = t67 * t1145
-    t1206 = t67 * t1148
-    t1207 = t67 * t1133
-    t1208 = t67 * t1158
-    t1209 = t67 * t1163
-    t1210 = t67 * t1168
-    t1211 = t67 * t1153
-    t1212 = t67 * t1135
-    t1213 = t67 * t1136
-    t1215 = t67 * t1183
-    t1221 = t67 * t1199
+    t1186 = t58 * t1082
+    t1187 = t58 * t1129
+    t1188 = t58 * t1131
+    t1189 = t58 * t1132
+    t1190 = t58 * t1130
+    t1191 = t58 * t1133
+    t1192 = t58 * t1118
+    t1193 = t58 * t1143
+    t1194 = t58 * t1148
+    t1195 = t58 * t1153
+    t1196 = t58 * t1138
+    t1197 = t58 * t1120
+    t1198 = t58 * t1121
+    t1200 = t58 * t1168
+    t1206 = t58 * t1184
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t1245 = t67 * t842
-    t1247 = t67 * (c_4 * t323 - s_4 * t318)
-    t1274 = t67 * (s_5 * t306 - c_5 * t841)
-    t1276 = m_5_5_f_x * t873
+    t1230 = t58 * t827
+    t1232 = t58 * (c_4 * t310 - s_4 * t305)
+    t1259 = t58 * (s_5 * t293 - c_5 * t826)
+    t1261 = m_5_5_f_x * t858
     # derivative: link 6 (hand): angular velocity of link 5
-    t1294 = c_6 * omega_5r_y
-    t1299 = s_5 * c_6
-    t1300 = s_6 * t344 + c_6 * t1031
-    t1301 = s_6 * t830 + c_6 * t1035
-    t1302 = s_6 * t831 - c_6 * t1036
-    t1303 = s_4 * s_6 - c_6 * t1034
-    t1304 = s_6 * omega_5r_y
-    t1309 = s_5 * s_6
-    t1314 = s_6 * t1031 - c_6 * t344
-    t1315 = s_6 * t1035 - c_6 * t830
-    t1316 = s_6 * t1036 + c_6 * t831
-    t1317 = s_6 * t1034 + s_4 * c_6
+    t1279 = c_6 * omega_5r_y
+    t1284 = s_5 * c_6
+    t1285 = s_6 * t331 + c_6 * t1016
+    t1286 = s_6 * t815 + c_6 * t1020
+    t1287 = s_6 * t816 - c_6 * t1021
+    t1288 = s_4 * s_6 - c_6 * t1019
+    t1289 = s_6 * omega_5r_y
+    t1294 = s_5 * s_6
+    t1299 = s_6 * t1016 - c_6 * t331
+    t1300 = s_6 * t1020 - c_6 * t815
+    t1301 = s_6 * t1021 + c_6 * t816
+    t1302 = s_6 * t1019 + s_4 * c_6
     # link 6 (hand): angular acceleration
-    t1410 = t550 * t699 + (t549 * t689 + (t545 * t547 + t548 * t682))
+    t1395 = t537 * t684 + (t536 * t674 + (t532 * t534 + t535 * t667))
     # link 6 (hand): acceleration field U
-    t1413 = t444 + s_6 * t1182 - c_6 * t1143
+    t1398 = t431 + s_6 * t1167 - c_6 * t1128
     # derivative: link 6 (hand): acceleration field U
-    t1415 = s_6 * t1143 + (t448 + c_6 * t1182)
-    t1418 = s_6 * t1183 - c_6 * t1097 + 2.0 * (omega_6_z * t1294 - t391 * omega_6r_x)
-    t1421 = s_6 * t1186 + c_6 * t1144 + 2.0 * (omega_6_z * t1300 + omega_6r_x * t1037)
-    t1424 = s_6 * t1189 + c_6 * t1146 - 2.0 * (omega_6_z * t1301 + omega_6r_x * t1043)
-    t1427 = s_6 * t1192 + c_6 * t1147 + 2.0 * (omega_6_z * t1302 + omega_6r_x * t1044)
-    t1430 = s_6 * t1195 - c_6 * t1145 + 2.0 * (omega_6_z * t1303 - omega_6r_x * t1040)
-    t1433 = s_6 * t1198 - c_6 * t1148 - 2.0 * (omega_6_z * t1299 - c_5 * omega_6r_x)
-    t1442 = c_6 * t1195 + s_6 * t1145 + 2.0 * (omega_6_z * t1317 - omega_6r_y * t1040)
-    t1445 = c_6 * t1186 - s_6 * t1144 - 2.0 * (omega_6_z * t1314 - omega_6r_y * t1037)
-    t1448 = c_6 * t1189 - s_6 * t1146 + 2.0 * (omega_6_z * t1315 - omega_6r_y * t1043)
-    t1451 = c_6 * t1192 - s_6 * t1147 + 2.0 * (omega_6_z * t1316 + omega_6r_y * t1044)
-    t1454 = c_6 * t1183 + s_6 * t1097 - 2.0 * (omega_6_z * t1304 + t391 * omega_6r_y)
-    t1457 = c_6 * t1198 + s_6 * t1148 + 2.0 * (omega_6_z * t1309 + c_5 * omega_6r_y)
+    t1400 = s_6 * t1128 + (t435 + c_6 * t1167)
+    t1403 = s_6 * t1168 - c_6 * t1082 + 2.0 * (omega_6_z * t1279 - t378 * omega_6r_x)
+    t1406 = s_6 * t1171 + c_6 * t1129 + 2.0 * (omega_6_z * t1285 + omega_6r_x * t1022)
+    t1409 = s_6 * t1174 + c_6 * t1131 - 2.0 * (omega_6_z * t1286 + omega_6r_x * t1028)
+    t1412 = s_6 * t1177 + c_6 * t1132 + 2.0 * (omega_6_z * t1287 + omega_6r_x * t1029)
+    t1415 = s_6 * t1180 - c_6 * t1130 + 2.0 * (omega_6_z * t1288 - omega_6r_x * t1025)
+    t1418 = s_6 * t1183 - c_6 * t1133 - 2.0 * (omega_6_z * t1284 - c_5 * omega_6r_x)
+    t1427 = c_6 * t1180 + s_6 * t1130 + 2.0 * (omega_6_z * t1302 - omega_6r_y * t1025)
+    t1430 = c_6 * t1171 - s_6 * t1129 - 2.0 * (omega_6_z * t1299 - omega_6r_y * t1022)
+    t1433 = c_6 * t1174 - s_6 * t1131 + 2.0 * (omega_6_z * t1300 - omega_6r_y * t1028)
+    t1436 = c_6 * t1177 - s_6 * t1132 + 2.0 * (omega_6_z * t1301 + omega_6r_y * t1029)
+    t1439 = c_6 * t1168 + s_6 * t1082 - 2.0 * (omega_6_z * t1289 + t378 * omega_6r_y)
+    t1442 = c_6 * t1183 + s_6 * t1133 + 2.0 * (omega_6_z * t1294 + c_5 * omega_6r_y)
     # link 6 (hand): Euler, inertial moment
-    t1458 = J_6_yy * t1415
+    t1443 = J_6_yy * t1400
     # derivative: link 6 (hand): Euler, inertial moment
-    t1459 = J_6_yy * t1413
-    t1460 = J_6_yy * (c_6 * t1199 + 2.0 * (c_6 * omega_6_z))
-    t1461 = J_6_yy * t1442
-    t1462 = J_6_yy * t1445
-    t1463 = J_6_yy * t1448
-    t1464 = J_6_yy * t1451
-    t1465 = J_6_yy * t1454
-    t1466 = J_6_yy * t1457
-    t1468 = 2.0 * (J_6_yy * omega_6r_y)
+    t1444 = J_6_yy * t1398
+    t1445 = J_6_yy * (c_6 * t1184 + 2.0 * (c_6 * omega_6_z))
+    t1446 = J_6_yy * t1427
+    t1447 = J_6_yy * t1430
+    t1448 = J_6_yy * t1433
+    t1449 = J_6_yy * t1436
+    t1450 = J_6_yy * t1439
+    t1451 = J_6_yy * t1442
+    t1453 = 2.0 * (J_6_yy * omega_6r_y)
     # link 6 (hand): Euler, inertial moment
-    t1469 = J_6_xx * t1413
+    t1454 = J_6_xx * t1398
     # derivative: link 6 (hand): Euler, inertial moment
-    t1470 = J_6_xx * t1415
-    t1471 = J_6_xx * (s_6 * t1199 + 2.0 * (s_6 * omega_6_z))
-    t1472 = J_6_xx * t1430
-    t1473 = J_6_xx * t1421
-    t1474 = J_6_xx * t1424
-    t1475 = J_6_xx * t1427
-    t1476 = J_6_xx * t1418
-    t1477 = J_6_xx * t1433
-    t1479 = -2.0 * (J_6_xx * omega_6r_x)
-    t1480 = t453 * (omega_6r_y * omega_6r_y - omega_6r_x * omega_6r_x)
-    t1496 = t453 * (omega_6r_y * t1294 - omega_6r_x * t1304) + M_6_6 * t1170
-    t1497 = t453 * (omega_6r_y * t1300 - omega_6r_x * t1314) + M_6_6 * t1172
-    t1498 = t453 * (omega_6r_y * t1301 - omega_6r_x * t1315) - M_6_6 * t1174
-    t1499 = t453 * (omega_6r_y * t1302 + omega_6r_x * t1316) + M_6_6 * t1176
-    t1500 = t453 * (omega_6r_y * t1303 + omega_6r_x * t1317) + M_6_6 * t1178
-    t1501 = t453 * (omega_6r_y * t1299 - omega_6r_x * t1309) - M_6_6 * t1180
+    t1455 = J_6_xx * t1400
+    t1456 = J_6_xx * (s_6 * t1184 + 2.0 * (s_6 * omega_6_z))
+    t1457 = J_6_xx * t1415
+    t1458 = J_6_xx * t1406
+    t1459 = J_6_xx * t1409
+    t1460 = J_6_xx * t1412
+    t1461 = J_6_xx * t1403
+    t1462 = J_6_xx * t1418
+    t1464 = -2.0 * (J_6_xx * omega_6r_x)
+    t1465 = t440 * (omega_6r_y * omega_6r_y - omega_6r_x * omega_6r_x)
+    t1481 = t440 * (omega_6r_y * t1279 - omega_6r_x * t1289) + M_6_6 * t1155
+    t1482 = t440 * (omega_6r_y * t1285 - omega_6r_x * t1299) + M_6_6 * t1157
+    t1483 = t440 * (omega_6r_y * t1286 - omega_6r_x * t1300) - M_6_6 * t1159
+    t1484 = t440 * (omega_6r_y * t1287 + omega_6r_x * t1301) + M_6_6 * t1161
+    t1485 = t440 * (omega_6r_y * t1288 + omega_6r_x * t1302) + M_6_6 * t1163
+    t1486 = t440 * (omega_6r_y * t1284 - omega_6r_x * t1294) - M_6_6 * t1165
     # derivative: link 6 (hand): moment, before its turn
-    t1524 = c_6 * t1469 - s_6 * t1458
-    t1526 = t1524 + (s_6 * t1470 - c_6 * t1459)
-    t1527 = s_6 * t1479 - c_6 * t1468
-    t1546 = s_6 * t1469 + c_6 * t1458
-    t1548 = t1546 - c_6 * t1470 - s_6 * t1459
-    t1549 = c_6 * t1471 - s_6 * t1460
-    t1550 = c_6 * t1479 + s_6 * t1468
+    t1509 = c_6 * t1454 - s_6 * t1443
+    t1511 = t1509 + (s_6 * t1455 - c_6 * t1444)
+    t1512 = s_6 * t1464 - c_6 * t1453
+    t1531 = s_6 * t1454 + c_6 * t1443
+    t1533 = t1531 - c_6 * t1455 - s_6 * t1444
+    t1534 = c_6 * t1456 - s_6 * t1445
+    t1535 = c_6 * t1464 + s_6 * t1453
     # link 5 (wrist_bend): moment from link 4
-    t1553 = t1546 + (t67 * t872 + (t420 + t63 * t1182))
+    t1538 = t1531 + (t58 * t857 + (t407 + t55 * t1167))
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1556 = t65 * t1136 - t63 * t1199 - s_6 * t1471 - c_6 * t1460
-    t1558 = t65 * (t915 - t1153) + t63 * t1195 - t67 * (c_4 * t772 - s_4 * t761)
-    t1560 = c_6 * t1461 + (s_6 * t1472 + t1558)
-    t1563 = s_6 * t1473 + (t65 * (t913 + t1158) + t63 * t1186 - t67 * t871)
-    t1564 = c_6 * t1462 + t1563
-    t1566 = t67 * (c_4 * t753 + s_4 * t852) + (t65 * (t931 - t1163) + t63 * t1189)
-    t1568 = c_6 * t1463 + (s_6 * t1474 + t1566)
-    t1570 = t67 * (c_4 * t856 + s_4 * t771) + (t65 * (t936 + t1168) - t63 * t1192)
-    t1572 = t1570 - s_6 * t1475 - c_6 * t1464
-    t1575 = t65 * t1133 - t63 * t1183 - s_6 * t1476 - c_6 * t1465
-    t1578 = c_6 * t1466 + (s_6 * t1477 + (t65 * (t916 - t1135) + t63 * t1198))
+    t1541 = t57 * t1121 - t55 * t1184 - s_6 * t1456 - c_6 * t1445
+    t1543 = t57 * (t900 - t1138) + t55 * t1180 - t58 * (c_4 * t757 - s_4 * t746)
+    t1545 = c_6 * t1446 + (s_6 * t1457 + t1543)
+    t1548 = s_6 * t1458 + (t57 * (t898 + t1143) + t55 * t1171 - t58 * t856)
+    t1549 = c_6 * t1447 + t1548
+    t1551 = t58 * (c_4 * t738 + s_4 * t837) + (t57 * (t916 - t1148) + t55 * t1174)
+    t1553 = c_6 * t1448 + (s_6 * t1459 + t1551)
+    t1555 = t58 * (c_4 * t841 + s_4 * t756) + (t57 * (t921 + t1153) - t55 * t1177)
+    t1557 = t1555 - s_6 * t1460 - c_6 * t1449
+    t1560 = t57 * t1118 - t55 * t1168 - s_6 * t1461 - c_6 * t1450
+    t1563 = c_6 * t1451 + (s_6 * t1462 + (t57 * (t901 - t1120) + t55 * t1183))
     # link 5 (wrist_bend): moment from link 4
-    t1581 = t59 * (t405 + t1137) + (t455 - t65 * t1143) - M_6_6 * (t1137 + t1410)
+    t1566 = t48 * (t392 + t1122) + (t442 - t57 * t1128) - M_6_6 * (t1122 + t1395)
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1582 = t453 * (s_6 * omega_6r_y + c_6 * omega_6r_x) - M_6_6 * t391
-    t1585 = t1582 + 2.0 * (t59 * t391)
-    t1587 = t65 * t1145 - t59 * (t1114 - t1178) - t1500
-    t1589 = t1497 + (t65 * t1144 - t59 * (t1116 + t1172))
-    t1591 = t65 * t1146 + t59 * (t1118 - t1174) - t1498
-    t1593 = t1499 + (t65 * t1147 + t59 * (t1120 - t1176))
-    t1595 = t65 * t1097 + t59 * (w_5_yz + t1170) - t1496
-    t1597 = t1501 + (t65 * t1148 - t59 * (t1112 - t1180))
-    t1599 = t427 * t921 + (t65 * t1060 - t67 * (s_5 * t759 + c_5 * t876))
-    t1602 = c_6 * t1472 + (t1599 - t429 * t1105) - s_6 * t1461
-    t1605 = t429 * t1099 + (t65 * t1061 + m_5_5_f_x * t872 - t427 * t918)
-    t1607 = c_6 * t1473 + t1605 - s_6 * t1462
-    t1609 = t65 * t1062 - t67 * (s_5 * t757 - c_5 * t874) - t427 * t919
-    t1612 = c_6 * t1474 + (t1609 - t429 * t1101) - s_6 * t1463
-    t1614 = t65 * t1063 + t67 * (s_5 * t858 - c_5 * t875) - t427 * t920
-    t1617 = c_6 * t1475 + (t1614 - t429 * t1103) - s_6 * t1464
-    t1619 = t65 * t1059 + t67 * (c_5 * a_4b_z - s_5 * t871) - t429 * t1097
-    t1621 = c_6 * t1476 + t1619 - s_6 * t1465
-    t1624 = c_6 * t1477 + (t65 * t1051 + t344 * t427 - t429 * t1107)
-    t1625 = t1624 - s_6 * t1466
+    t1567 = t440 * (s_6 * omega_6r_y + c_6 * omega_6r_x) - M_6_6 * t378
+    t1570 = t1567 + 2.0 * (t48 * t378)
+    t1572 = t57 * t1130 - t48 * (t1099 - t1163) - t1485
+    t1574 = t1482 + (t57 * t1129 - t48 * (t1101 + t1157))
+    t1576 = t57 * t1131 + t48 * (t1103 - t1159) - t1483
+    t1578 = t1484 + (t57 * t1132 + t48 * (t1105 - t1161))
+    t1580 = t57 * t1082 + t48 * (w_5_yz + t1155) - t1481
+    t1582 = t1486 + (t57 * t1133 - t48 * (t1097 - t1165))
+    t1584 = t414 * t906 + (t57 * t1045 - t58 * (s_5 * t744 + c_5 * t861))
+    t1587 = c_6 * t1457 + (t1584 - t416 * t1090) - s_6 * t1446
+    t1590 = t416 * t1084 + (t57 * t1046 + m_5_5_f_x * t857 - t414 * t903)
+    t1592 = c_6 * t1458 + t1590 - s_6 * t1447
+    t1594 = t57 * t1047 - t58 * (s_5 * t742 - c_5 * t859) - t414 * t904
+    t1597 = c_6 * t1459 + (t1594 - t416 * t1086) - s_6 * t1448
+    t1599 = t57 * t1048 + t58 * (s_5 * t843 - c_5 * t860) - t414 * t905
+    t1602 = c_6 * t1460 + (t1599 - t416 * t1088) - s_6 * t1449
+    t1604 = t57 * t1044 + t58 * (c_5 * a_4b_z - s_5 * t856) - t416 * t1082
+    t1606 = c_6 * t1461 + t1604 - s_6 * t1450
+    t1609 = c_6 * t1462 + (t57 * t1036 + t331 * t414 - t416 * t1092)
+    t1610 = t1609 - s_6 * t1451
     # derivative: link 5 (wrist_bend): force, before its turn
-    t1632 = s_5 * t1213
-    t1641 = t475 + s_5 * t1200
-    t1643 = t1641 + (s_5 * t1207 - c_5 * t1201)
-    t1644 = s_5 * t1212 - c_5 * t1206
-    t1651 = c_5 * t1213
-    t1658 = t473 - c_5 * t1200
-    t1660 = t1658 - c_5 * t1207 - s_5 * t1201
+    t1617 = s_5 * t1198
+    t1626 = t462 + s_5 * t1185
+    t1628 = t1626 + (s_5 * t1192 - c_5 * t1186)
+    t1629 = s_5 * t1197 - c_5 * t1191
+    t1636 = c_5 * t1198
+    t1643 = t460 - c_5 * t1185
+    t1645 = t1643 - c_5 * t1192 - s_5 * t1186
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t1677 = c_5 * t1247
-    t1683 = c_5 * t1527
-    t1684 = c_5 * t1581 - s_5 * t1553
-    t1686 = t1684 - s_5 * t1595 - c_5 * t1575
-    t1687 = s_5 * t1585 - c_5 * t1556
-    t1688 = s_5 * t1480 + c_5 * t1526
-    t1707 = s_5 * t1527
-    t1708 = s_5 * t1581 + c_5 * t1553
-    t1710 = t1708 + (c_5 * t1595 - s_5 * t1575)
-    t1714 = c_5 * t1597 + s_5 * t1578
-    t1715 = c_5 * t1585 + s_5 * t1556
-    t1716 = c_5 * t1480 - s_5 * t1526
+    t1662 = c_5 * t1232
+    t1668 = c_5 * t1512
+    t1669 = c_5 * t1566 - s_5 * t1538
+    t1671 = t1669 - s_5 * t1580 - c_5 * t1560
+    t1672 = s_5 * t1570 - c_5 * t1541
+    t1673 = s_5 * t1465 + c_5 * t1511
+    t1692 = s_5 * t1512
+    t1693 = s_5 * t1566 + c_5 * t1538
+    t1695 = t1693 + (c_5 * t1580 - s_5 * t1560)
+    t1699 = c_5 * t1582 + s_5 * t1563
+    t1700 = c_5 * t1570 + s_5 * t1541
+    t1701 = c_5 * t1465 - s_5 * t1511
     # link 4 (wrist_roll): force from link 3
-    t1717 = J_4_y1 * t923 + t1658
+    t1702 = J_4_y1 * t908 + t1643
     # derivative: link 4 (wrist_roll): force from link 3
-    t1719 = c_5 * t1202 + (J_4_y1 * t895 - s_5 * t1208)
-    t1721 = J_4_y1 * t926 - s_5 * t1209 - c_5 * t1203
-    t1723 = c_5 * t1204 + (J_4_y1 * t924 + s_5 * t1210)
-    t1725 = c_5 * t1205 + (J_4_y1 * t925 - s_5 * t1211)
+    t1704 = c_5 * t1187 + (J_4_y1 * t880 - s_5 * t1193)
+    t1706 = J_4_y1 * t911 - s_5 * t1194 - c_5 * t1188
+    t1708 = c_5 * t1189 + (J_4_y1 * t909 + s_5 * t1195)
+    t1710 = c_5 * t1190 + (J_4_y1 * t910 - s_5 * t1196)
     # link 4 (wrist_roll): force from link 3
-    t1726 = t375 + t67 * t1182
+    t1711 = t362 + t58 * t1167
     # derivative: link 4 (wrist_roll): force from link 3
-    t1727 = J_4_y1 * t913 + t67 * t1186
-    t1728 = J_4_y1 * t931 + t67 * t1189
-    t1729 = J_4_y1 * t936 - t67 * t1192
-    t1730 = J_4_y1 * t915 + t67 * t1195
-    t1731 = J_4_y1 * t916 + t67 * t1198
+    t1712 = J_4_y1 * t898 + t58 * t1171
+    t1713 = J_4_y1 * t916 + t58 * t1174
+    t1714 = J_4_y1 * t921 - t58 * t1177
+    t1715 = J_4_y1 * t900 + t58 * t1180
+    t1716 = J_4_y1 * t901 + t58 * t1183
     # link 4 (wrist_roll): force from link 3
-    t1732 = t1641 - J_4_y1 * t942
+    t1717 = t1626 - J_4_y1 * t927
     # derivative: link 4 (wrist_roll): force from link 3
-    t1734 = s_5 * t1202 + (J_4_y1 * t947 + c_5 * t1208)
-    t1736 = s_5 * t1203 + (J_4_y1 * t950 - c_5 * t1209)
-    t1738 = s_5 * t1204 + (J_4_y1 * t953 - c_5 * t1210)
-    t1740 = J_4_y1 * t945 - c_5 * t1211 - s_5 * t1205
-    t1742 = J_4_y1 * t954 - c_5 * t1212 - s_5 * t1206
+    t1719 = s_5 * t1187 + (J_4_y1 * t932 + c_5 * t1193)
+    t1721 = s_5 * t1188 + (J_4_y1 * t935 - c_5 * t1194)
+    t1723 = s_5 * t1189 + (J_4_y1 * t938 - c_5 * t1195)
+    t1725 = J_4_y1 * t930 - c_5 * t1196 - s_5 * t1190
+    t1727 = J_4_y1 * t939 - c_5 * t1197 - s_5 * t1191
     # link 4 (wrist_roll): moment from link 3
-    t1745 = t1708 + (J_4_yy * t942 + (t378 + J_4_y1 * a_4b_z))
+    t1730 = t1693 + (J_4_yy * t927 + (t365 + J_4_y1 * a_4b_z))
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1748 = t89 * t913 - J_4_yy * t947 - s_5 * t1589 - c_5 * t1564
-    t1750 = t89 * (t722 - t936) - J_4_y1 * t858 - J_4_yy * t953
-    t1752 = c_5 * t1572 + (t1750 - s_5 * t1593)
-    t1753 = J_4_y1 * t306 - c_5 * t1245
-    t1755 = J_4_yy * t950 + (t89 * (t721 - t931) - J_4_y1 * t757)
-    t1757 = c_5 * t1568 + (s_5 * t1591 + t1755)
-    t1759 = J_4_yy * t945 + (t89 * (t323 - t915) - J_4_y1 * t759)
-    t1761 = c_5 * t1560 + (t1759 - s_5 * t1587)
-    t1764 = s_5 * t1597 + (t89 * t916 - J_4_yy * t954) - c_5 * t1578
+    t1733 = t73 * t898 - J_4_yy * t932 - s_5 * t1574 - c_5 * t1549
+    t1735 = t73 * (t707 - t921) - J_4_y1 * t843 - J_4_yy * t938
+    t1737 = c_5 * t1557 + (t1735 - s_5 * t1578)
+    t1738 = J_4_y1 * t293 - c_5 * t1230
+    t1740 = J_4_yy * t935 + (t73 * (t706 - t916) - J_4_y1 * t742)
+    t1742 = c_5 * t1553 + (s_5 * t1576 + t1740)
+    t1744 = J_4_yy * t930 + (t73 * (t310 - t900) - J_4_y1 * t744)
+    t1746 = c_5 * t1545 + (t1744 - s_5 * t1572)
+    t1749 = s_5 * t1582 + (t73 * t901 - J_4_yy * t939) - c_5 * t1563
     # link 4 (wrist_roll): moment from link 3
-    t1767 = t89 * t923 + (t430 + J_4_xx * (t363 + t917)) - t65 * t1058
-    t1769 = t1767 - t67 * (s_5 * a_4b_z + c_5 * t871) - t427 * t1142
-    t1770 = t1769 - t1524
+    t1752 = t73 * t908 + (t417 + J_4_xx * (t350 + t902)) - t57 * t1043
+    t1754 = t1752 - t58 * (s_5 * a_4b_z + c_5 * t856) - t414 * t1127
+    t1755 = t1754 - t1509
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1772 = t1607 + (J_4_xx * (w_4_yz + t918) - t89 * t895)
-    t1774 = J_4_xx * (t902 + t921) - t89 * t925 - t1602
-    t1776 = J_4_xx * (t904 - t919) - t89 * t926 - t1612
-    t1778 = t1617 + (J_4_xx * (t906 + t920) - t89 * t924)
-    t1781 = t1625 - 2.0 * (J_4_xx * t344)
+    t1757 = t1592 + (J_4_xx * (w_4_yz + t903) - t73 * t880)
+    t1759 = J_4_xx * (t887 + t906) - t73 * t910 - t1587
+    t1761 = J_4_xx * (t889 - t904) - t73 * t911 - t1597
+    t1763 = t1602 + (J_4_xx * (t891 + t905) - t73 * t909)
+    t1766 = t1610 - 2.0 * (J_4_xx * t331)
     # link 4 (wrist_roll): force, before its turn
-    t1800 = s_4 * t1717 + c_4 * t1726
+    t1785 = s_4 * t1702 + c_4 * t1711
     # derivative: link 4 (wrist_roll): force, before its turn
-    t1820 = c_4 * t1717 - s_4 * t1726
-    t1822 = t1820 + (s_4 * t1719 + c_4 * t1727)
-    t1823 = s_4 * t1721 - c_4 * t1728
-    t1824 = s_4 * t1723 - c_4 * t1729
-    t1825 = s_4 * t1725 - c_4 * t1730
-    t1826 = s_4 * t1644 + c_4 * t1731
-    t1827 = s_4 * t1643 + c_4 * t1215
-    t1828 = s_4 * t1632 + c_4 * t1221
+    t1805 = c_4 * t1702 - s_4 * t1711
+    t1807 = t1805 + (s_4 * t1704 + c_4 * t1712)
+    t1808 = s_4 * t1706 - c_4 * t1713
+    t1809 = s_4 * t1708 - c_4 * t1714
+    t1810 = s_4 * t1710 - c_4 * t1715
+    t1811 = s_4 * t1629 + c_4 * t1716
+    t1812 = s_4 * t1628 + c_4 * t1200
+    t1813 = s_4 * t1617 + c_4 * t1206
     # link 3 (boom): force from link 2
-    t1897 = t787 + (t332 + J_3_11 * t764) - t1820
+    t1882 = t772 + (t319 + J_3_11 * t749) - t1805
     # derivative: link 3 (boom): force from link 2
-    t1900 = c_4 * t1721 + (J_3_11 * t768 - J_3_x1 * t781 - t108 * t732)
-    t1904 = s_4 * t1729 + (c_4 * t1723 + (J_3_11 * t771 - t108 * t734))
-    t1907 = s_4 * t1730 + (c_4 * t1725 + (J_3_11 * t761 - t108 * t730))
+    t1885 = c_4 * t1706 + (J_3_11 * t753 - J_3_x1 * t766 - t92 * t717)
+    t1889 = s_4 * t1714 + (c_4 * t1708 + (J_3_11 * t756 - t92 * t719))
+    t1892 = s_4 * t1715 + (c_4 * t1710 + (J_3_11 * t746 - t92 * t715))
     # link 3 (boom): force from link 2
-    t1910 = t791 - t794 - J_3_11 * t774 - t1800
+    t1895 = t776 - t779 - J_3_11 * t759 - t1785
     # derivative: link 3 (boom): force from link 2
-    t1912 = t1823 + (t108 * t717 - J_3_11 * t753)
-    t1915 = J_3_11 * t756 + (t108 * t718 - t795) - t1824
-    t1916 = J_3_11 * t772 + t1825
-    t1921 = t1740 + (t804 - J_3_11 * t759)
-    t1923 = t1736 + (t108 * t721 - J_3_11 * t757)
-    t1926 = t1738 + (J_3_11 * t778 + (t794 - t108 * t722))
+    t1897 = t1808 + (t92 * t702 - J_3_11 * t738)
+    t1900 = J_3_11 * t741 + (t92 * t703 - t780) - t1809
+    t1901 = J_3_11 * t757 + t1810
+    t1906 = t1725 + (t789 - J_3_11 * t744)
+    t1908 = t1721 + (t92 * t706 - J_3_11 * t742)
+    t1911 = t1723 + (J_3_11 * t763 + (t779 - t92 * t707))
     # derivative: link 3 (boom): moment, in frame 2
-    t1940 = t1897 + (c_4 * t1274 + (t787 + J_3_x1 * t306 - s_4 * t1753))
-    t1944 = t108 * t318 + s_4 * t1677 - c_4 * t1276 - t252 * t318
-    t1947 = c_4 * t1745 - s_4 * t1748 - s_4 * t1770 - c_4 * t1772
-    t1949 = q_3 * (t1800 + (s_4 * t1727 - c_4 * t1719)) + (t1947 - p_boom_dh_a * t1734)
-    t1952 = s_4 * t1686 - c_4 * t1621 - p_boom_dh_a * t1660 - q_3 * (c_4 * t1643 - s_4 * t1215)
-    t1955 = q_3 * (c_4 * t1644 - s_4 * t1731) + (p_boom_dh_a * t1742 + (s_4 * t1764 + c_4 * t1781))
-    t1958 = p_boom_dh_a * t1651 + (s_4 * t1687 - c_4 * t1549) - q_3 * (c_4 * t1632 - s_4 * t1221)
+    t1925 = t1882 + (c_4 * t1259 + (t772 + J_3_x1 * t293 - s_4 * t1738))
+    t1929 = t92 * t305 + s_4 * t1662 - c_4 * t1261 - t239 * t305
+    t1932 = c_4 * t1730 - s_4 * t1733 - s_4 * t1755 - c_4 * t1757
+    t1934 = q_3 * (t1785 + (s_4 * t1712 - c_4 * t1704)) + (t1932 - p_boom_dh_a * t1719)
+    t1937 = s_4 * t1671 - c_4 * t1606 - p_boom_dh_a * t1645 - q_3 * (c_4 * t1628 - s_4 * t1200)
+    t1940 = q_3 * (c_4 * t1629 - s_4 * t1716) + (p_boom_dh_a * t1727 + (s_4 * t1749 + c_4 * t1766))
+    t1943 = p_boom_dh_a * t1636 + (s_4 * t1672 - c_4 * t1534) - q_3 * (c_4 * t1617 - s_4 * t1206)
     # link 2 (shoulder_tilt): moment from link 1
-    t1968 = s_4 * t1745 + c_4 * t1770
-    t1972 = p_boom_dh_a * t1732 + (t311 + t122 * t729 - t108 * t764 - J_3_x1 * t776)
+    t1953 = s_4 * t1730 + c_4 * t1755
+    t1957 = p_boom_dh_a * t1717 + (t298 - t107 * t714 - t92 * t749 - J_3_x1 * t761)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1977 = t108 * t768 + (t122 * t732 - t103 * (t708 - t721)) - J_3_x1 * t757
-    t1980 = p_boom_dh_a * t1736 + (t1977 - s_4 * t1757 - c_4 * t1776)
-    t1984 = t108 * t771 + (t122 * t734 + t103 * t722) - J_3_x1 * t778
-    t1987 = t1984 - s_4 * t1752 - c_4 * t1778 - p_boom_dh_a * t1738
-    t1991 = t108 * t761 + (t122 * t730 + t103 * t323) - J_3_x1 * t759
-    t1994 = p_boom_dh_a * t1740 + (t1991 - s_4 * t1761 - c_4 * t1774)
+    t1962 = J_3_x1 * t742 + (t107 * t717 + t87 * (t693 - t706) - t92 * t753)
+    t1965 = c_4 * t1761 + (s_4 * t1742 + t1962) - p_boom_dh_a * t1721
+    t1969 = J_3_x1 * t763 + (t107 * t719 - t87 * t707 - t92 * t756)
+    t1972 = p_boom_dh_a * t1723 + (c_4 * t1763 + (s_4 * t1737 + t1969))
+    t1976 = J_3_x1 * t744 + (t107 * t715 - t87 * t310 - t92 * t746)
+    t1979 = c_4 * t1759 + (s_4 * t1746 + t1976) - p_boom_dh_a * t1725
     # link 2 (shoulder_tilt): moment from link 1
-    t1998 = J_3_x1 * t774 + (t387 + J_2_xx * (t302 + alpha_2_y) - t103 * U_2_xy)
-    t2001 = t89 * t841 + (t1998 - t383 * alpha_4_z) - J_4_y1 * t871
+    t1983 = J_3_x1 * t759 + (t374 + J_2_xx * (t289 + alpha_2_y) - t87 * U_2_xy)
+    t1986 = t73 * t826 + (t1983 - t370 * alpha_4_z) - J_4_y1 * t856
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t2004 = t1022 + (c_5 * t1593 + s_5 * t1572)
-    t2006 = J_3_x1 * t756 + (J_2_xx * (t303 + t726) + t103 * t718)
-    t2009 = J_4_y1 * t841 - s_5 * t1245
-    t2012 = t1025 - (c_5 * t1591 - s_5 * t1568)
-    t2014 = p_boom_dh_a * t1823 + (t103 * t717 - J_3_x1 * t753)
-    t2018 = J_4_y1 * t873 - s_5 * t1247
-    t2020 = t1028 + (c_5 * t1587 + s_5 * t1560)
-    t2022 = p_boom_dh_a * t1825 + (J_2_xx * t318 + J_3_x1 * t772)
-    t2026 = t89 * t842 + t386 * t895 - J_4_y1 * t872 - c_5 * t1589
-    t2027 = s_5 * t1564 + t2026
+    t1989 = t1007 + (c_5 * t1578 + s_5 * t1557)
+    t1991 = J_3_x1 * t741 + (J_2_xx * (t290 + t711) + t87 * t703)
+    t1994 = J_4_y1 * t826 - s_5 * t1230
+    t1997 = t1010 - (c_5 * t1576 - s_5 * t1553)
+    t2001 = p_boom_dh_a * t1808 + (t87 * t702 - J_3_x1 * t738) - 2.0 * (s_2 * t512)
+    t2003 = J_4_y1 * t858 - s_5 * t1232
+    t2005 = t1013 + (c_5 * t1572 + s_5 * t1545)
+    t2007 = p_boom_dh_a * t1810 + (J_2_xx * t305 + J_3_x1 * t757)
+    t2011 = t73 * t827 + t373 * t880 - J_4_y1 * t857 - c_5 * t1574
+    t2012 = s_5 * t1549 + t2011
     # derivative: link 2 (shoulder_tilt): force, before its turn
-    t2051 = s_2 * t1910 + c_2 * t1915 - c_2 * (J_3_11 * t776 + (t336 - t795) - t1732)
+    t2036 = s_2 * t1895 + c_2 * t1900 - c_2 * (J_3_11 * t761 + (t323 - t780) - t1717)
     # solve: L D L^T
-    t2101 = t2004 + (t561 * t1617 - t550 * t1499)
-    t2106 = t1926 - t560 * t1617 - t585 * t2101
-    t2111 = c_4 * t1752 + (t313 * t718 + t103 * t710 - t108 * t756)
-    t2114 = t549 * t1499 + (q_3 * t1915 + (t2111 - s_4 * t1778))
-    t2117 = t602 * t2106 + (t559 * t1617 + t2114 - t584 * t2101)
-    t2119 = s_2 * (p_boom_dh_a * t1800 + t2001 - t1684) - c_2 * (t2004 + (t2006 - p_boom_dh_a * t1824))
-    t2121 = s_2 * (t1987 - q_3 * t1904) + (t2119 - c_2 * (t1968 + (q_3 * t1897 + t1972)))
-    t2122 = p_shoulder_tilt_dh_d * (s_2 * t1926 + t2051) + t2121
-    t2125 = t583 * t2101 + (t2122 - t548 * t1499 - t558 * t1617)
-    t2128 = t681 * (t619 * t2117 + (t601 * t2106 + t2125))
-    t2136 = t618 * t2117 + t619 * t2128
-    t2140 = t602 * t2136 + (t600 * t2106 + t601 * t2128)
-    t2146 = t582 * t2101 + t583 * t2128 - t584 * t2136 - t585 * t2140
-    t2153 = t560 * t2140 + (t558 * t2128 - t557 * t1617 - t559 * t2136)
-    t2160 = t549 * t2136 + (t547 * t1499 - t548 * t2128) - t550 * t2146
-    t2165 = t2009 - t561 * t1274
-    t2170 = t585 * t2165 + (t807 - t560 * t1274)
-    t2176 = t1910 + (s_4 * t1274 + (t791 + c_4 * t1753)) - q_3 * t798
-    t2179 = t2176 - t559 * t1274 - t584 * t2165 - t602 * t2170
-    t2181 = c_2 * (J_3_x1 * U_2_xy - t2009) + s_2 * (t1940 - t252 * t729)
-    t2182 = t2181 - p_shoulder_tilt_dh_d * (c_2 * t798 + s_2 * t807)
-    t2185 = t583 * t2165 + (t558 * t1274 + t2182) - t601 * t2170
-    t2187 = t681 * (t619 * t2179 + t2185)
-    t2193 = t618 * t2179 + t619 * t2187
-    t2198 = t600 * t2170 - t601 * t2187 - t602 * t2193
-    t2204 = t585 * t2198 + (t582 * t2165 + t583 * t2187 - t584 * t2193)
-    t2212 = t560 * t2198 + (t559 * t2193 - t557 * t1274 - t558 * t2187)
-    t2227 = t2027 + t550 * t1497 - t561 * t1607
-    t2232 = t585 * t2227 + (t1734 - t560 * t1607)
-    t2237 = t549 * t1497 + (c_4 * t1748 - s_4 * t1772 - q_3 * t1822)
-    t2240 = t602 * t2232 + (t584 * t2227 + (t559 * t1607 + t2237))
-    t2241 = t1968 + t2240
-    t2244 = c_2 * (p_boom_dh_a * t1822 + t2027) + s_2 * t1949 - p_shoulder_tilt_dh_d * (c_2 * t1822 - s_2 * t1734)
-    t2248 = t601 * t2232 + (t2244 - t548 * t1497 - t558 * t1607 - t583 * t2227)
-    t2250 = t681 * (t619 * t2241 + t2248)
-    t2257 = t618 * t2241 + t619 * t2250
-    t2262 = t602 * t2257 + (t600 * t2232 + t601 * t2250)
-    t2269 = t585 * t2262 + (t584 * t2257 + (t582 * t2227 - t583 * t2250))
-    t2276 = t559 * t2257 + (t557 * t1607 - t558 * t2250) - t560 * t2262
-    t2283 = t548 * t2250 - t547 * t1497 - t549 * t2257 - t550 * t2269
-    t2292 = t1710 + t550 * t1496 - t561 * t1621
-    t2297 = t585 * t2292 + (t1660 - t560 * t1621)
-    t2302 = q_3 * t1827 + (c_4 * t1686 + s_4 * t1621) - t549 * t1496
-    t2305 = t2302 - t559 * t1621 - t584 * t2292 - t602 * t2297
-    t2308 = c_2 * (t1710 + p_boom_dh_a * t1827) + s_2 * t1952 - p_shoulder_tilt_dh_d * (c_2 * t1827 - s_2 * t1660)
-    t2312 = t601 * t2297 + (t2308 - t548 * t1496 - t558 * t1621 - t583 * t2292)
-    t2314 = t681 * (t2312 - t619 * t2305)
-    t2321 = t618 * t2305 - t619 * t2314
-    t2323 = t602 * t2321
-    t2324 = t600 * t2297 + t601 * t2314
-    t2325 = t2324 - t2323
-    t2332 = t585 * t2325 + (t582 * t2292 - t583 * t2314 - t584 * t2321)
-    t2339 = t557 * t1621 - t558 * t2314 - t559 * t2321 - t560 * t2325
-    t2346 = t549 * t2321 + (t548 * t2314 - t547 * t1496) - t550 * t2332
-    t2355 = t1716 - t550 * t1480 - t561 * t1548
-    t2359 = t560 * t1548 - t585 * t2355
-    t2364 = t559 * t1548 + (c_4 * t1688 - s_4 * t1548 - t549 * t1480)
-    t2366 = t584 * t2355 + t2364 - t602 * t2359
-    t2369 = t548 * t1480 + (c_2 * t1716 - s_2 * (s_4 * t1688 + c_4 * t1548))
-    t2373 = t619 * t2366 + (t2369 - t558 * t1548 - t583 * t2355 - t601 * t2359)
-    t2374 = t681 * t2373
-    t2382 = t618 * t2366 + t619 * t2374
-    t2386 = t602 * t2382 - (t600 * t2359 - t601 * t2374)
-    t2392 = t585 * t2386 + (t584 * t2382 + (t582 * t2355 - t583 * t2374))
-    t2400 = t560 * t2386 + (t558 * t2374 - t557 * t1548 - t559 * t2382)
-    t2407 = t550 * t2392 + (t549 * t2382 - t547 * t1480 - t548 * t2374)
-    t2416 = t2012 - t550 * t1498 - t561 * t1612
-    t2421 = t585 * t2416 + (t1923 - t560 * t1612)
-    t2426 = s_4 * t1776 + (t313 * t717 + t108 * t753 - c_4 * t1757)
-    t2429 = t559 * t1612 + (q_3 * t1912 + t2426 - t549 * t1498)
-    t2431 = t602 * t2421 + (t584 * t2416 + t2429)
-    t2433 = c_2 * (t2014 - 2.0 * (s_2 * t525) - t2012) + s_2 * (t1980 - q_3 * (s_4 * t1728 + t1900))
-    t2434 = t2433 - p_shoulder_tilt_dh_d * (c_2 * t1912 + s_2 * t1923)
-    t2437 = t583 * t2416 + (t558 * t1612 + (t2434 - t548 * t1498))
-    t2440 = t681 * (t2437 - t601 * t2421 - t619 * t2431)
-    t2442 = t618 * t2431
-    t2447 = t619 * t2440
-    t2448 = t2442 - t2447
-    t2453 = t602 * t2448 + (t600 * t2421 - t601 * t2440)
-    t2460 = t585 * t2453 + (t584 * t2448 + (t582 * t2416 + t583 * t2440))
-    t2467 = t559 * t2448 + (t557 * t1612 + t558 * t2440) - t560 * t2453
-    t2474 = t547 * t1498 - t548 * t2440 - t549 * t2448 - t550 * t2460
-    t2483 = t2020 + (t550 * t1500 - t561 * t1602)
-    t2488 = t585 * t2483 + (t1921 - t560 * t1602)
-    t2493 = t108 * t772 + c_4 * t1761 - s_4 * t1774 - q_3 * t1916
-    t2497 = t2493 - t549 * t1500 - t559 * t1602 - t584 * t2483 - t602 * t2488
-    t2499 = c_2 * (t2022 - t2020) + s_2 * (t1994 - q_3 * t1907)
-    t2500 = t2499 - p_shoulder_tilt_dh_d * (c_2 * t1916 + s_2 * t1921)
-    t2503 = t583 * t2483 + (t558 * t1602 + (t548 * t1500 + t2500))
-    t2506 = t681 * (t619 * t2497 + (t2503 - t601 * t2488))
-    t2514 = t618 * t2497 + t619 * t2506
-    t2516 = t602 * t2514
-    t2517 = t600 * t2488 - t601 * t2506
-    t2518 = t2517 - t2516
-    t2525 = t585 * t2518 + (t582 * t2483 + t583 * t2506 - t584 * t2514)
-    t2532 = t557 * t1602 + t558 * t2506 - t559 * t2514 - t560 * t2518
-    t2539 = t549 * t2514 - t547 * t1500 - t548 * t2506 - t550 * t2525
-    t2544 = t2018 + t561 * t1276
-    t2548 = t560 * t1276 + t585 * t2544
-    t2554 = t559 * t1276 + (t804 - c_4 * t1677 - s_4 * t1276 - q_3 * t800)
-    t2556 = t2554 - t584 * t2544 - t602 * t2548
-    t2559 = c_2 * (J_3_x1 * t323 - t2018) + s_2 * t1944 - t224 * t800
-    t2562 = t583 * t2544 + (t2559 - t558 * t1276) - t601 * t2548
-    t2564 = t681 * (t619 * t2556 + t2562)
-    t2571 = t618 * t2556 + t619 * t2564
-    t2575 = t602 * t2571 - (t600 * t2548 - t601 * t2564)
-    t2581 = t582 * t2544 + t583 * t2564 - t584 * t2571 - t585 * t2575
-    t2588 = t560 * t2575 + (t558 * t2564 - t557 * t1276 - t559 * t2571)
-    t2603 = t1714 - t550 * t1501 - t561 * t1625
-    t2608 = t585 * t2603 + (t1742 - t560 * t1625)
-    t2613 = c_4 * t1764 - s_4 * t1781 - q_3 * t1826 - t549 * t1501
-    t2616 = t602 * t2608 + (t584 * t2603 + (t559 * t1625 + t2613))
-    t2619 = c_2 * (t1714 + p_boom_dh_a * t1826) - s_2 * t1955 - p_shoulder_tilt_dh_d * (c_2 * t1826 - s_2 * t1742)
-    t2623 = t601 * t2608 + (t548 * t1501 + t2619 - t558 * t1625 - t583 * t2603)
-    t2625 = t681 * (t619 * t2616 + t2623)
-    t2632 = t618 * t2616 + t619 * t2625
-    t2637 = t602 * t2632 + (t600 * t2608 + t601 * t2625)
-    t2644 = t585 * t2637 + (t584 * t2632 + (t582 * t2603 - t583 * t2625))
-    t2651 = t559 * t2632 + (t557 * t1625 - t558 * t2625) - t560 * t2637
-    t2658 = t547 * t1501 + t548 * t2625 - t549 * t2632 - t550 * t2644
-    t2667 = t561 * t1549 + (t1715 - t550 * t1582)
-    t2672 = t585 * t2667 + (t1651 + t560 * t1549)
-    t2677 = q_3 * t1828 + (c_4 * t1687 + s_4 * t1549) - t549 * t1582
-    t2680 = t602 * t2672 + (t584 * t2667 + (t2677 - t559 * t1549))
-    t2683 = p_shoulder_tilt_dh_d * (c_2 * t1828 + s_2 * t1651) + (c_2 * (t1715 - p_boom_dh_a * t1828) - s_2 * t1958)
-    t2686 = t558 * t1549 + (t548 * t1582 + t2683) - t583 * t2667
-    t2689 = t681 * (t619 * t2680 + (t601 * t2672 + t2686))
-    t2697 = t618 * t2680 + t619 * t2689
-    t2701 = t602 * t2697 + (t600 * t2672 + t601 * t2689)
-    t2707 = t585 * t2701 + (t584 * t2697 + (t582 * t2667 - t583 * t2689))
-    t2715 = t560 * t2701 + (t557 * t1549 + t558 * t2689 - t559 * t2697)
-    t2722 = t550 * t2707 + (t549 * t2697 - t547 * t1582 - t548 * t2689)
-    t2727 = t1707 - t561 * t1550
-    t2731 = t560 * t1550 - t585 * t2727
-    t2736 = c_4 * t1683 + s_4 * t1550 - t559 * t1550 - t584 * t2727
-    t2737 = t602 * t2731 + t2736
-    t2740 = c_2 * t1707 + s_2 * (s_4 * t1683 - c_4 * t1550) - t558 * t1550
-    t2744 = t681 * (t2740 - t583 * t2727 - t601 * t2731 - t619 * t2737)
-    t2746 = t618 * t2737
-    t2750 = t619 * t2744
-    t2751 = t2746 - t2750
-    t2756 = t602 * t2751 + (t600 * t2731 - t601 * t2744)
-    t2760 = t585 * t2756
-    t2762 = t582 * t2727 - t583 * t2744 - t584 * t2751
-    t2763 = t2762 - t2760
-    t2771 = t559 * t2751 + (t558 * t2744 - t557 * t1550) - t560 * t2756
+    t2086 = t1989 + (t548 * t1602 - t537 * t1484)
+    t2091 = t1911 - t547 * t1602 - t572 * t2086
+    t2096 = c_4 * t1737 + (t300 * t703 + t87 * t695 - t92 * t741)
+    t2099 = t536 * t1484 + (q_3 * t1900 + (t2096 - s_4 * t1763))
+    t2102 = t589 * t2091 + (t546 * t1602 + t2099 - t571 * t2086)
+    t2104 = s_2 * (p_boom_dh_a * t1785 + t1986 - t1669) - c_2 * (t1989 + (t1991 - p_boom_dh_a * t1809))
+    t2106 = t2104 - c_2 * (t1953 + (q_3 * t1882 + t1957)) - s_2 * (q_3 * t1889 + t1972)
+    t2107 = p_shoulder_tilt_dh_d * (s_2 * t1911 + t2036) + t2106
+    t2110 = t570 * t2086 + (t2107 - t535 * t1484 - t545 * t1602)
+    t2113 = t666 * (t606 * t2102 + (t588 * t2091 + t2110))
+    t2121 = t605 * t2102 + t606 * t2113
+    t2125 = t589 * t2121 + (t587 * t2091 + t588 * t2113)
+    t2131 = t569 * t2086 + t570 * t2113 - t571 * t2121 - t572 * t2125
+    t2138 = t547 * t2125 + (t545 * t2113 - t544 * t1602 - t546 * t2121)
+    t2145 = t536 * t2121 + (t534 * t1484 - t535 * t2113) - t537 * t2131
+    t2150 = t1994 - t548 * t1259
+    t2155 = t572 * t2150 + (t792 - t547 * t1259)
+    t2161 = t1895 + (s_4 * t1259 + (t776 + c_4 * t1738)) - q_3 * t783
+    t2164 = t2161 - t546 * t1259 - t571 * t2150 - t589 * t2155
+    t2166 = c_2 * (J_3_x1 * U_2_xy - t1994) + s_2 * (t1925 - t239 * t714)
+    t2167 = t2166 - p_shoulder_tilt_dh_d * (c_2 * t783 + s_2 * t792)
+    t2170 = t570 * t2150 + (t545 * t1259 + t2167) - t588 * t2155
+    t2172 = t666 * (t606 * t2164 + t2170)
+    t2178 = t605 * t2164 + t606 * t2172
+    t2183 = t587 * t2155 - t588 * t2172 - t589 * t2178
+    t2189 = t572 * t2183 + (t569 * t2150 + t570 * t2172 - t571 * t2178)
+    t2197 = t547 * t2183 + (t546 * t2178 - t544 * t1259 - t545 * t2172)
+    t2212 = t2012 + t537 * t1482 - t548 * t1592
+    t2217 = t572 * t2212 + (t1719 - t547 * t1592)
+    t2222 = t536 * t1482 + (c_4 * t1733 - s_4 * t1757 - q_3 * t1807)
+    t2225 = t589 * t2217 + (t571 * t2212 + (t546 * t1592 + t2222))
+    t2226 = t1953 + t2225
+    t2229 = c_2 * (p_boom_dh_a * t1807 + t2012) + s_2 * t1934 - p_shoulder_tilt_dh_d * (c_2 * t1807 - s_2 * t1719)
+    t2233 = t588 * t2217 + (t2229 - t535 * t1482 - t545 * t1592 - t570 * t2212)
+    t2235 = t666 * (t606 * t2226 + t2233)
+    t2242 = t605 * t2226 + t606 * t2235
+    t2247 = t589 * t2242 + (t587 * t2217 + t588 * t2235)
+    t2254 = t572 * t2247 + (t571 * t2242 + (t569 * t2212 - t570 * t2235))
+    t2261 = t546 * t2242 + (t544 * t1592 - t545 * t2235) - t547 * t2247
+    t2268 = t535 * t2235 - t534 * t1482 - t536 * t2242 - t537 * t2254
+    t2277 = t1695 + t537 * t1481 - t548 * t1606
+    t2282 = t572 * t2277 + (t1645 - t547 * t1606)
+    t2287 = q_3 * t1812 + (c_4 * t1671 + s_4 * t1606) - t536 * t1481
+    t2290 = t2287 - t546 * t1606 - t571 * t2277 - t589 * t2282
+    t2293 = c_2 * (t1695 + p_boom_dh_a * t1812) + s_2 * t1937 - p_shoulder_tilt_dh_d * (c_2 * t1812 - s_2 * t1645)
+    t2297 = t588 * t2282 + (t2293 - t535 * t1481 - t545 * t1606 - t570 * t2277)
+    t2299 = t666 * (t2297 - t606 * t2290)
+    t2306 = t605 * t2290 - t606 * t2299
+    t2308 = t589 * t2306
+    t2309 = t587 * t2282 + t588 * t2299
+    t2310 = t2309 - t2308
+    t2317 = t572 * t2310 + (t569 * t2277 - t570 * t2299 - t571 * t2306)
+    t2324 = t544 * t1606 - t545 * t2299 - t546 * t2306 - t547 * t2310
+    t2331 = t536 * t2306 + (t535 * t2299 - t534 * t1481) - t537 * t2317
+    t2340 = t1701 - t537 * t1465 - t548 * t1533
+    t2344 = t547 * t1533 - t572 * t2340
+    t2349 = t546 * t1533 + (c_4 * t1673 - s_4 * t1533 - t536 * t1465)
+    t2351 = t571 * t2340 + t2349 - t589 * t2344
+    t2354 = t535 * t1465 + (c_2 * t1701 - s_2 * (s_4 * t1673 + c_4 * t1533))
+    t2358 = t606 * t2351 + (t2354 - t545 * t1533 - t570 * t2340 - t588 * t2344)
+    t2359 = t666 * t2358
+    t2367 = t605 * t2351 + t606 * t2359
+    t2371 = t589 * t2367 - (t587 * t2344 - t588 * t2359)
+    t2377 = t572 * t2371 + (t571 * t2367 + (t569 * t2340 - t570 * t2359))
+    t2385 = t547 * t2371 + (t545 * t2359 - t544 * t1533 - t546 * t2367)
+    t2392 = t537 * t2377 + (t536 * t2367 - t534 * t1465 - t535 * t2359)
+    t2401 = t1997 - t537 * t1483 - t548 * t1597
+    t2406 = t572 * t2401 + (t1908 - t547 * t1597)
+    t2411 = s_4 * t1761 + (t300 * t702 + t92 * t738 - c_4 * t1742)
+    t2414 = t546 * t1597 + (q_3 * t1897 + t2411 - t536 * t1483)
+    t2416 = t589 * t2406 + (t571 * t2401 + t2414)
+    t2418 = c_2 * (t2001 - t1997) - s_2 * (q_3 * (s_4 * t1713 + t1885) + t1965)
+    t2419 = t2418 - p_shoulder_tilt_dh_d * (c_2 * t1897 + s_2 * t1908)
+    t2422 = t570 * t2401 + (t545 * t1597 + (t2419 - t535 * t1483))
+    t2425 = t666 * (t2422 - t588 * t2406 - t606 * t2416)
+    t2427 = t605 * t2416
+    t2432 = t606 * t2425
+    t2433 = t2427 - t2432
+    t2438 = t589 * t2433 + (t587 * t2406 - t588 * t2425)
+    t2445 = t572 * t2438 + (t571 * t2433 + (t569 * t2401 + t570 * t2425))
+    t2452 = t546 * t2433 + (t544 * t1597 + t545 * t2425) - t547 * t2438
+    t2459 = t534 * t1483 - t535 * t2425 - t536 * t2433 - t537 * t2445
+    t2468 = t2005 + (t537 * t1485 - t548 * t1587)
+    t2473 = t572 * t2468 + (t1906 - t547 * t1587)
+    t2478 = t92 * t757 + c_4 * t1746 - s_4 * t1759 - q_3 * t1901
+    t2482 = t2478 - t536 * t1485 - t546 * t1587 - t571 * t2468 - t589 * t2473
+    t2484 = c_2 * (t2007 - t2005) - s_2 * (q_3 * t1892 + t1979)
+    t2485 = t2484 - p_shoulder_tilt_dh_d * (c_2 * t1901 + s_2 * t1906)
+    t2488 = t570 * t2468 + (t545 * t1587 + (t535 * t1485 + t2485))
+    t2491 = t666 * (t606 * t2482 + (t2488 - t588 * t2473))
+    t2499 = t605 * t2482 + t606 * t2491
+    t2501 = t589 * t2499
+    t2502 = t587 * t2473 - t588 * t2491
+    t2503 = t2502 - t2501
+    t2510 = t572 * t2503 + (t569 * t2468 + t570 * t2491 - t571 * t2499)
+    t2517 = t544 * t1587 + t545 * t2491 - t546 * t2499 - t547 * t2503
+    t2524 = t536 * t2499 - t534 * t1485 - t535 * t2491 - t537 * t2510
+    t2529 = t2003 + t548 * t1261
+    t2533 = t547 * t1261 + t572 * t2529
+    t2539 = t546 * t1261 + (t789 - c_4 * t1662 - s_4 * t1261 - q_3 * t785)
+    t2541 = t2539 - t571 * t2529 - t589 * t2533
+    t2544 = c_2 * (J_3_x1 * t310 - t2003) + s_2 * t1929 - t211 * t785
+    t2547 = t570 * t2529 + (t2544 - t545 * t1261) - t588 * t2533
+    t2549 = t666 * (t606 * t2541 + t2547)
+    t2556 = t605 * t2541 + t606 * t2549
+    t2560 = t589 * t2556 - (t587 * t2533 - t588 * t2549)
+    t2566 = t569 * t2529 + t570 * t2549 - t571 * t2556 - t572 * t2560
+    t2573 = t547 * t2560 + (t545 * t2549 - t544 * t1261 - t546 * t2556)
+    t2588 = t1699 - t537 * t1486 - t548 * t1610
+    t2593 = t572 * t2588 + (t1727 - t547 * t1610)
+    t2598 = c_4 * t1749 - s_4 * t1766 - q_3 * t1811 - t536 * t1486
+    t2601 = t589 * t2593 + (t571 * t2588 + (t546 * t1610 + t2598))
+    t2604 = c_2 * (t1699 + p_boom_dh_a * t1811) - s_2 * t1940 - p_shoulder_tilt_dh_d * (c_2 * t1811 - s_2 * t1727)
+    t2608 = t588 * t2593 + (t535 * t1486 + t2604 - t545 * t1610 - t570 * t2588)
+    t2610 = t666 * (t606 * t2601 + t2608)
+    t2617 = t605 * t2601 + t606 * t2610
+    t2622 = t589 * t2617 + (t587 * t2593 + t588 * t2610)
+    t2629 = t572 * t2622 + (t571 * t2617 + (t569 * t2588 - t570 * t2610))
+    t2636 = t546 * t2617 + (t544 * t1610 - t545 * t2610) - t547 * t2622
+    t2643 = t534 * t1486 + t535 * t2610 - t536 * t2617 - t537 * t2629
+    t2652 = t548 * t1534 + (t1700 - t537 * t1567)
+    t2657 = t572 * t2652 + (t1636 + t547 * t1534)
+    t2662 = q_3 * t1813 + (c_4 * t1672 + s_4 * t1534) - t536 * t1567
+    t2665 = t589 * t2657 + (t571 * t2652 + (t2662 - t546 * t1534))
+    t2668 = p_shoulder_tilt_dh_d * (c_2 * t1813 + s_2 * t1636) + (c_2 * (t1700 - p_boom_dh_a * t1813) - s_2 * t1943)
+    t2671 = t545 * t1534 + (t535 * t1567 + t2668) - t570 * t2652
+    t2674 = t666 * (t606 * t2665 + (t588 * t2657 + t2671))
+    t2682 = t605 * t2665 + t606 * t2674
+    t2686 = t589 * t2682 + (t587 * t2657 + t588 * t2674)
+    t2692 = t572 * t2686 + (t571 * t2682 + (t569 * t2652 - t570 * t2674))
+    t2700 = t547 * t2686 + (t544 * t1534 + t545 * t2674 - t546 * t2682)
+    t2707 = t537 * t2692 + (t536 * t2682 - t534 * t1567 - t535 * t2674)
+    t2712 = t1692 - t548 * t1535
+    t2716 = t547 * t1535 - t572 * t2712
+    t2721 = c_4 * t1668 + s_4 * t1535 - t546 * t1535 - t571 * t2712
+    t2722 = t589 * t2716 + t2721
+    t2725 = c_2 * t1692 + s_2 * (s_4 * t1668 - c_4 * t1535) - t545 * t1535
+    t2729 = t666 * (t2725 - t570 * t2712 - t588 * t2716 - t606 * t2722)
+    t2731 = t605 * t2722
+    t2735 = t606 * t2729
+    t2736 = t2731 - t2735
+    t2741 = t589 * t2736 + (t587 * t2716 - t588 * t2729)
+    t2745 = t572 * t2741
+    t2747 = t569 * t2712 - t570 * t2729 - t571 * t2736
+    t2748 = t2747 - t2745
+    t2756 = t546 * t2736 + (t545 * t2729 - t544 * t1535) - t547 * t2741
     out[0 * S + k] = 0.0
-    out[1 * S + k] = -t2128
-    out[2 * S + k] = t2187
-    out[3 * S + k] = t2250
-    out[4 * S + k] = t2314
-    out[5 * S + k] = -t2374
-    out[6 * S + k] = -t2440
-    out[7 * S + k] = -t2506
-    out[8 * S + k] = -t2564
-    out[9 * S + k] = t2625
-    out[10 * S + k] = -t2689
-    out[11 * S + k] = -t2744
+    out[1 * S + k] = -t2113
+    out[2 * S + k] = t2172
+    out[3 * S + k] = t2235
+    out[4 * S + k] = t2299
+    out[5 * S + k] = -t2359
+    out[6 * S + k] = -t2425
+    out[7 * S + k] = -t2491
+    out[8 * S + k] = -t2549
+    out[9 * S + k] = t2610
+    out[10 * S + k] = -t2674
+    out[11 * S + k] = -t2729
     out[12 * S + k] = 0.0
-    out[13 * S + k] = t2136
-    out[14 * S + k] = -t2193
-    out[15 * S + k] = -t2257
-    out[16 * S + k] = t2321
-    out[17 * S + k] = t2382
-    out[18 * S + k] = t2447 - t2442
-    out[19 * S + k] = t2514
-    out[20 * S + k] = t2571
-    out[21 * S + k] = -t2632
-    out[22 * S + k] = t2697
-    out[23 * S + k] = t2750 - t2746
+    out[13 * S + k] = t2121
+    out[14 * S + k] = -t2178
+    out[15 * S + k] = -t2242
+    out[16 * S + k] = t2306
+    out[17 * S + k] = t2367
+    out[18 * S + k] = t2432 - t2427
+    out[19 * S + k] = t2499
+    out[20 * S + k] = t2556
+    out[21 * S + k] = -t2617
+    out[22 * S + k] = t2682
+    out[23 * S + k] = t2735 - t2731
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t2140
-    out[26 * S + k] = t2198
-    out[27 * S + k] = -t2262
-    out[28 * S + k] = t2323 - t2324
-    out[29 * S + k] = t2386
-    out[30 * S + k] = -t2453
-    out[31 * S + k] = t2516 - t2517
-    out[32 * S + k] = t2575
-    out[33 * S + k] = -t2637
-    out[34 * S + k] = t2701
-    out[35 * S + k] = -t2756
+    out[25 * S + k] = t2125
+    out[26 * S + k] = t2183
+    out[27 * S + k] = -t2247
+    out[28 * S + k] = t2308 - t2309
+    out[29 * S + k] = t2371
+    out[30 * S + k] = -t2438
+    out[31 * S + k] = t2501 - t2502
+    out[32 * S + k] = t2560
+    out[33 * S + k] = -t2622
+    out[34 * S + k] = t2686
+    out[35 * S + k] = -t2741
     out[36 * S + k] = 0.0
-    out[37 * S + k] = t2146
-    out[38 * S + k] = -t2204
-    out[39 * S + k] = t2269
-    out[40 * S + k] = t2332
-    out[41 * S + k] = -t2392
-    out[42 * S + k] = t2460
-    out[43 * S + k] = t2525
-    out[44 * S + k] = t2581
-    out[45 * S + k] = t2644
-    out[46 * S + k] = -t2707
-    out[47 * S + k] = t2760 - t2762
+    out[37 * S + k] = t2131
+    out[38 * S + k] = -t2189
+    out[39 * S + k] = t2254
+    out[40 * S + k] = t2317
+    out[41 * S + k] = -t2377
+    out[42 * S + k] = t2445
+    out[43 * S + k] = t2510
+    out[44 * S + k] = t2566
+    out[45 * S + k] = t2629
+    out[46 * S + k] = -t2692
+    out[47 * S + k] = t2745 - t2747
     out[48 * S + k] = 0.0
-    out[49 * S + k] = t2153 - t561 * t2146
-    out[50 * S + k] = t561 * t2204 + t2212
-    out[51 * S + k] = t2276 - t561 * t2269
-    out[52 * S + k] = t2339 - t561 * t2332
-    out[53 * S + k] = t561 * t2392 + t2400
-    out[54 * S + k] = t2467 - t561 * t2460
-    out[55 * S + k] = t2532 - t561 * t2525
-    out[56 * S + k] = t2588 - t561 * t2581
-    out[57 * S + k] = t2651 - t561 * t2644
-    out[58 * S + k] = t561 * t2707 + t2715
-    out[59 * S + k] = t561 * t2763 + t2771
+    out[49 * S + k] = t2138 - t548 * t2131
+    out[50 * S + k] = t548 * t2189 + t2197
+    out[51 * S + k] = t2261 - t548 * t2254
+    out[52 * S + k] = t2324 - t548 * t2317
+    out[53 * S + k] = t548 * t2377 + t2385
+    out[54 * S + k] = t2452 - t548 * t2445
+    out[55 * S + k] = t2517 - t548 * t2510
+    out[56 * S + k] = t2573 - t548 * t2566
+    out[57 * S + k] = t2636 - t548 * t2629
+    out[58 * S + k] = t548 * t2692 + t2700
+    out[59 * S + k] = t548 * t2748 + t2756
     out[60 * S + k] = 0.0
-    out[61 * S + k] = t2160
-    out[62 * S + k] = t550 * t2204 + (t548 * t2187 - t549 * t2193)
-    out[63 * S + k] = t2283
-    out[64 * S + k] = t2346
-    out[65 * S + k] = t2407
-    out[66 * S + k] = t2474
-    out[67 * S + k] = t2539
-    out[68 * S + k] = t549 * t2571 - t548 * t2564 - t550 * t2581
-    out[69 * S + k] = t2658
-    out[70 * S + k] = t2722
-    out[71 * S + k] = t550 * t2763 - t548 * t2744 - t549 * t2751
+    out[61 * S + k] = t2145
+    out[62 * S + k] = t537 * t2189 + (t535 * t2172 - t536 * t2178)
+    out[63 * S + k] = t2268
+    out[64 * S + k] = t2331
+    out[65 * S + k] = t2392
+    out[66 * S + k] = t2459
+    out[67 * S + k] = t2524
+    out[68 * S + k] = t536 * t2556 - t535 * t2549 - t537 * t2566
+    out[69 * S + k] = t2643
+    out[70 * S + k] = t2707
+    out[71 * S + k] = t537 * t2748 - t535 * t2729 - t536 * t2736
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8559,7 +8533,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     # link 6 (hand): composite body, before its turn
     C_6t_xx = s_6 * s_6 * 0.00014999999999999996 + c_6 * c_6 * 0.00014999999999999996
     # link 5 (wrist_bend): composite body
-    C_5_xx = C_6t_xx - 0.0013000000000000002
+    C_5_xx = C_6t_xx - 0.0013
     # link 5 (wrist_bend): effort when joint 5 is accelerated
     M_5_5 = C_6t_xx + 0.0255661283
     m_5_5_f_x = c_5 * 0.079443
@@ -8585,7 +8559,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     t83 = 0.0268661283 * t80 - C_5_xx * t80
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
-    C_4_yy = C_6t_xx + 0.004349735599999999
+    C_4_yy = C_6t_xx + 0.0043497356
     t89 = C_5t_yz - 5.36544e-05
     # link 4 (wrist_roll): effort when joint 4 is accelerated
     M_4_4 = C_5t_xx + C_4_yy
@@ -8680,7 +8654,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     F_4_y = t244 * -0.029825999999999995
     # link 4 (wrist_roll): Euler, inertial moment
     t252 = (t193 - t244) * -5.36544e-05
-    t253 = 0.004349735599999999 * t237
+    t253 = 0.0043497356 * t237
     # link 5 (wrist_bend): angular velocity of link 4
     t256 = s_5 * omega_4_z + c_5 * t219
     omega_5r_y = s_5 * t219 - c_5 * omega_4_z
@@ -8726,8 +8700,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     # link 5 (wrist_bend): moment from link 4
     t319 = s_6 * N_6_y + (0.079443 * a_4r_y - 0.0268661283 * U_5_zy - t284)
     t320 = t319 - c_6 * N_6_x
-    t323 = 1.0697399999999999e-05 * U_5_xy - 0.0013000000000000002 * U_5_zx
-    t324 = N_6_z + t323
+    t324 = N_6_z + (1.0697399999999999e-05 * U_5_xy - 0.0013 * U_5_zx)
     t327 = 0.0255661283 * t242 + 1.0697399999999999e-05 * t262
     t330 = t327 + 0.079443 * (s_5 * a_3_z - c_5 * a_4r_x) - t286
     t332 = t330 - c_6 * N_6_y - s_6 * N_6_x
@@ -8739,10 +8712,10 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     f_4_y = F_4_y - 0.079443 * U_5_zy
     f_4_z = 0.029825999999999995 * U_4_zy - t335 - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t351 = 0.029825999999999995 * a_3_z + 0.004349735599999999 * U_4_zy
+    t351 = 0.029825999999999995 * a_3_z + 0.0043497356 * U_4_zy
     n_4_x = s_5 * t324 + (t252 + t351) - c_5 * t320
     n_4_y = 5.36544e-05 * U_4_xy - t332
-    t361 = 0.004349735599999999 * t189 - 5.36544e-05 * t225 + 0.029825999999999995 * a_4r_x
+    t361 = 0.0043497356 * t189 - 5.36544e-05 * t225 + 0.029825999999999995 * a_4r_x
     t364 = t361 - t253 - c_5 * t324 - s_5 * t320
     # link 4 (wrist_roll): force, before its turn
     f_4t_y = s_4 * f_4_x + c_4 * f_4_y
@@ -8794,7 +8767,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     t505 = s_4 * t113 + t97 * 0.0406 - c_4 * t117 - 0.154 * t131
     t507 = c_2 * (t110 - c_2 * C_2_xx) + t505 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x)
     t511 = m_2_5_b_z * t431 + (t170 * t419 + (t507 - 0.154 * (t131 + 0.99638)))
-    t516 = t488 * t498 + (t447 * t459 + t511 - t469 * t478) - 1.4339328643999998
+    t516 = t488 * t498 + (t447 * t459 + t511 - t469 * t478) - 1.4339328644
     t526 = u_4 + t364 - t417 * t422 - t416 * t434
     t532 = t461 * t526 + (u_3 - f_3_z - t416 * t433)
     t539 = u_2 + w_2_xy * 4.279553293700001 + 2.7499110000000004 * a_3_y
@@ -8928,9 +8901,9 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     t768 = c_4 * t591 - s_4 * t607 + 2.0 * (omega_4_z * t653 + t180 * omega_4r_y)
     t769 = 2.0 * omega_4r_y
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t779 = 0.004349735599999999 * t600 + 5.36544e-05 * t666 - 0.029825999999999995 * t698
-    t786 = 0.004349735599999999 * t592 - 5.36544e-05 * t665 - 0.029825999999999995 * t697
-    t793 = 0.004349735599999999 * t180 + 5.36544e-05 * t660 + 0.029825999999999995 * t699
+    t779 = 0.0043497356 * t600 + 5.36544e-05 * t666 - 0.029825999999999995 * t698
+    t786 = 0.0043497356 * t592 - 5.36544e-05 * t665 - 0.029825999999999995 * t697
+    t793 = 0.0043497356 * t180 + 5.36544e-05 * t660 + 0.029825999999999995 * t699
     # derivative: link 5 (wrist_bend): angular velocity of link 4
     t798 = c_5 * omega_4r_y
     t801 = c_4 * c_5
@@ -9100,25 +9073,25 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     t1251 = 1.0697399999999999e-05 * (2.0 * omega_4_z - 2.0 * t900)
     t1254 = c_6 * t1145 + (0.0268661283 * t963 + t1251 - s_6 * t1154)
     # link 5 (wrist_bend): moment from link 4
-    t1257 = 1.0697399999999999e-05 * t908 - 0.0013000000000000002 * (t270 + t901)
+    t1257 = 1.0697399999999999e-05 * t908 - 0.0013 * (t270 + t901)
     t1258 = 0.0002999999999999999 * (t1090 - t422 * t575 - t901)
     t1259 = t1257 - t1258
     # derivative: link 5 (wrist_bend): moment from link 4
     t1260 = 0.0002999999999999999 * t256
-    t1263 = t256 * 0.0026000000000000003 - t1260
+    t1263 = t256 * 0.0026 - t1260
     t1266 = 1.0697399999999999e-05 * t910 - 0.0002999999999999999 * t943
-    t1268 = t1266 - 0.0013000000000000002 * (t881 - t943)
+    t1268 = t1266 - 0.0013 * (t881 - t943)
     t1271 = 1.0697399999999999e-05 * t909 + 0.0002999999999999999 * t937
-    t1273 = t1271 - 0.0013000000000000002 * (t883 + t937)
+    t1273 = t1271 - 0.0013 * (t883 + t937)
     t1276 = 1.0697399999999999e-05 * t911 + 0.0002999999999999999 * t939
-    t1278 = t1276 + 0.0013000000000000002 * (t885 - t939)
+    t1278 = t1276 + 0.0013 * (t885 - t939)
     t1279 = 0.0002999999999999999 * t941
-    t1282 = 1.0697399999999999e-05 * t912 + 0.0013000000000000002 * (t887 - t941)
+    t1282 = 1.0697399999999999e-05 * t912 + 0.0013 * (t887 - t941)
     t1283 = t1279 + t1282
     t1286 = 1.0697399999999999e-05 * t864 - 0.0002999999999999999 * t935
-    t1288 = t1286 + 0.0013000000000000002 * (w_5_yz + t935)
+    t1288 = t1286 + 0.0013 * (w_5_yz + t935)
     t1291 = 1.0697399999999999e-05 * t913 - 0.0002999999999999999 * t945
-    t1293 = t1291 - 0.0013000000000000002 * (t879 - t945)
+    t1293 = t1291 - 0.0013 * (t879 - t945)
     t1296 = 0.0255661283 * t741 - 1.0697399999999999e-05 * t826
     t1300 = t1296 + 0.079443 * (s_5 * t618 + c_5 * t699) + 0.0281661283 * t872
     t1302 = s_6 * t1140 + (c_6 * t1149 + t1300)
@@ -9180,21 +9153,19 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     t1477 = 0.029825999999999995 * t760 - c_5 * t977 - s_5 * t970
     t1480 = omega_4r_y * 0.05965199999999999 - c_5 * t979 - s_5 * t971
     # link 4 (wrist_roll): moment from link 3
-    t1484 = t252 + 0.029825999999999995 * t679 + 0.004349735599999999 * t757
+    t1484 = t252 + 0.029825999999999995 * t679 + 0.0043497356 * t757
     t1485 = t1484 - t1424
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1490 = t237 * 0.0001073088 - 0.004349735599999999 * t762 - s_5 * t1273
+    t1490 = t237 * 0.0001073088 - 0.0043497356 * t762 - s_5 * t1273
     t1491 = c_5 * t1230 + t1490
-    t1494 = 0.029825999999999995 * t681 + 0.004349735599999999 * t768
-    t1497 = s_5 * t1283 + (t1494 + 5.36544e-05 * (t596 - t756))
-    t1498 = t1497 - c_5 * t1244
+    t1496 = 0.029825999999999995 * t681 + 0.0043497356 * t768 + 5.36544e-05 * (t596 - t756)
+    t1498 = s_5 * t1283 + t1496 - c_5 * t1244
     t1500 = 0.029825999999999995 * t193 - c_5 * t991
-    t1503 = 0.029825999999999995 * t616 - 0.004349735599999999 * t765
-    t1507 = t1503 + 5.36544e-05 * (t595 - t751) - s_5 * t1278 - c_5 * t1237
-    t1510 = 0.029825999999999995 * t618 - 0.004349735599999999 * t760
-    t1513 = s_5 * t1268 + (t1510 + 5.36544e-05 * (t207 - t735))
-    t1514 = c_5 * t1223 + t1513
-    t1518 = omega_4r_y * 0.008699471199999998 + omega_4_z * 0.0001073088
+    t1505 = 0.029825999999999995 * t616 - 0.0043497356 * t765 + 5.36544e-05 * (t595 - t751)
+    t1507 = t1505 - s_5 * t1278 - c_5 * t1237
+    t1512 = 0.029825999999999995 * t618 - 0.0043497356 * t760 + 5.36544e-05 * (t207 - t735)
+    t1514 = c_5 * t1223 + (s_5 * t1268 + t1512)
+    t1518 = omega_4r_y * 0.0086994712 + omega_4_z * 0.0001073088
     t1520 = c_5 * t1254 + (t1518 - s_5 * t1293)
     # link 4 (wrist_roll): moment from link 3
     t1524 = t286 - 5.36544e-05 * t743 - 1.0697399999999999e-05 * t824
@@ -9267,19 +9238,19 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     # link 2 (shoulder_tilt): moment from link 1
     t1792 = t253 + 0.055823193300000004 * U_2_xy - 0.007999999999999896 * (t189 + alpha_2_y)
     t1796 = t1792 - 0.13134099999999999 * t637 + 5.36544e-05 * t663
-    t1800 = t1796 + 0.029825999999999995 * t694 + 0.004349735599999999 * alpha_4_z
+    t1800 = t1796 + 0.029825999999999995 * t694 + 0.0043497356 * alpha_4_z
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1804 = t779 - 0.004349735599999999 * t722 + (c_5 * t1283 + s_5 * t1244)
+    t1804 = t779 - 0.0043497356 * t722 + (c_5 * t1283 + s_5 * t1244)
     t1807 = 0.055823193300000004 * t591 + 0.007999999999999896 * (t190 + t600)
     t1811 = t1807 + 0.13134099999999999 * t615 - 0.0203 * t1581
     t1813 = -0.029825999999999995 * t663 + s_5 * t991
-    t1816 = t786 - 0.004349735599999999 * t720 - (c_5 * t1278 - s_5 * t1237)
+    t1816 = t786 - 0.0043497356 * t720 - (c_5 * t1278 - s_5 * t1237)
     t1819 = 0.055823193300000004 * t590 - 0.015999999999999792 * t592
     t1823 = t1819 - 0.13134099999999999 * t611 + 0.0203 * t1580
     t1825 = 0.029825999999999995 * t696 + s_5 * t992
-    t1829 = t793 - 0.004349735599999999 * t717 + (c_5 * t1268 - s_5 * t1223)
+    t1829 = t793 - 0.0043497356 * t717 + (c_5 * t1268 - s_5 * t1223)
     t1832 = qd_3 * 0.26268199999999997 - t180 * 0.015999999999999792
-    t1840 = 5.36544e-05 * t664 + 0.029825999999999995 * t695 + 0.004349735599999999 * t718
+    t1840 = 5.36544e-05 * t664 + 0.029825999999999995 * t695 + 0.0043497356 * t718
     t1842 = s_5 * t1230 + (c_5 * t1273 + t1840)
     # derivative: link 2 (shoulder_tilt): force, before its turn
     t1860 = c_2 * (t216 + 6.470000000000001 * t639 - t1465 - t1667)
@@ -9769,51 +9740,48 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     J_6_yy = t45 + t48
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t53 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t54 = p_wrist_bend_mass * 0.5
-    t55 = t53 * t54
-    t56 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t61 = t54 * t56 + p_wrist_bend_inertia_yy * 0.5
-    t62 = p_wrist_bend_inertia_xx * 0.5 + t54 * (t53 + t56)
-    t63 = t55 - t62
-    t64 = t61 + t63
-    t65 = -t64
-    t69 = t61 + (p_hand_com_z * J_6_z1 + (t45 - t48)) - t63
+    t52 = p_wrist_bend_inertia_xx * 0.5
+    t53 = p_wrist_bend_inertia_yy * 0.5
+    t54 = t52 - t53
+    t55 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t60 = t53 + (t52 + (p_hand_com_z * J_6_z1 + (t45 - t48)))
+    t61 = p_wrist_bend_com_z * t55 + t60
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t71 = p_wrist_bend_com_z * J_5_z1
-    t73 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t63 = p_wrist_bend_com_z * J_5_z1
+    t64 = J_6_z1 + t55
     # link 4 (wrist_roll): base parameters
-    t75 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t76 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t78 = p_wrist_roll_mass * 0.5
-    t84 = p_wrist_roll_inertia_yy * 0.5 + t76 * t78
-    t85 = (t75 + t76) * t78 + p_wrist_roll_inertia_xx * 0.5
-    t86 = t84 - t85
-    t87 = t75 * t78 + p_wrist_roll_inertia_zz * 0.5
-    J_4_xx = t86 + t87
-    J_4_yy = t85 + (t84 + (t62 + (t55 - t87) - t61))
-    t94 = p_wrist_roll_mass * p_wrist_roll_com_y
-    t95 = p_wrist_roll_com_z * t94
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t66 = p_wrist_roll_inertia_yy * 0.5
+    t67 = p_wrist_roll_inertia_xx * 0.5
+    t68 = p_wrist_roll_inertia_zz * 0.5
+    t69 = t66 - t67
+    J_4_xx = t68 + t69
+    t71 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t76 = t67 + (t66 + (t54 + p_wrist_bend_com_y * J_5_z1)) - t68
+    J_4_yy = p_wrist_roll_com_z * t71 + t76
+    t78 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t79 = p_wrist_roll_com_z * t78
+    J_4_y1 = J_5_z1 + t71
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t102 = p_boom_dh_a * p_boom_dh_a
-    t107 = p_boom_dh_a * p_boom_mass
-    t109 = p_boom_dh_a * t94 - p_boom_com_z * t107
-    J_3_x1 = t107 + p_boom_dh_a * J_4_11
-    t112 = p_boom_mass * p_boom_com_z
-    t114 = t94 - t112
+    t86 = p_boom_dh_a * p_boom_dh_a
+    t91 = p_boom_dh_a * p_boom_mass
+    t93 = p_boom_dh_a * t78 - p_boom_com_z * t91
+    J_3_x1 = t91 + p_boom_dh_a * J_4_11
+    t96 = p_boom_mass * p_boom_com_z
+    t98 = t78 - t96
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t119 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
-    t120 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
-    t121 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
-    J_2_xx = t119 + t120 - t121
-    t124 = t119 - t120
-    t128 = t124 + (t86 - t87 - p_boom_com_z * t112 - t121)
+    t103 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
+    t104 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
+    t105 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
+    J_2_xx = t103 + t104 - t105
+    t108 = t103 - t104
+    t111 = p_boom_com_z * t96 + (p_wrist_roll_com_y * t78 + (t68 - t69))
+    t113 = t105 + t111 - t108
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
     # link 1 (shoulder_pan): base parameters
-    t132 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t117 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t121 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -9830,884 +9798,883 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     M_6_6 = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
     m_5_6_n_x = s_5 * M_6_6
-    t145 = c_5 * M_6_6
+    t132 = c_5 * M_6_6
     # link 4 (wrist_roll): effort when joint 6 is accelerated
     m_4_6_n_x = c_4 * m_5_6_n_x
     # link 2 (shoulder_tilt): effort when joint 6 is accelerated
-    t147 = s_2 * s_4
+    t134 = s_2 * s_4
     # link 6 (hand): composite body, before its turn
-    t150 = s_6 * s_6
-    t152 = c_6 * c_6
-    t154 = c_6 * s_6
-    C_6t_xy = J_6_xx * t154 - J_6_yy * t154
+    t137 = s_6 * s_6
+    t139 = c_6 * c_6
+    t141 = c_6 * s_6
+    C_6t_xy = J_6_xx * t141 - J_6_yy * t141
     # link 5 (wrist_bend): composite body
-    t161 = t65 - J_6_yy * t150 - J_6_xx * t152
+    t148 = t54 - J_6_yy * t137 - J_6_xx * t139
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t162 = t69 - t161
-    m_5_5_f_x = t73 * c_5
-    m_5_5_f_y = t73 * s_5
-    C_5t_xz = t71 * s_5 + c_5 * C_6t_xy
-    C_5t_yz = s_5 * C_6t_xy - t71 * c_5
+    t149 = t61 - t148
+    m_5_5_f_x = t64 * c_5
+    m_5_5_f_y = t64 * s_5
+    C_5t_xz = t63 * s_5 + c_5 * C_6t_xy
+    C_5t_yz = s_5 * C_6t_xy - t63 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t173 = c_4 * C_5t_xz
-    t174 = s_4 * C_5t_xz
+    t160 = c_4 * C_5t_xz
+    t161 = s_4 * C_5t_xz
     m_4_5_b_z = C_5t_yz + p_boom_dh_a * m_4_5_f_y
     # link 3 (boom): effort when joint 5 is accelerated
-    t183 = t174 - c_4 * t162 - p_boom_dh_a * m_5_5_f_y - m_5_5_f_x * (q_3 * c_4)
-    t186 = q_3 * m_4_5_f_y + (s_4 * t162 + t173)
+    t170 = t161 - c_4 * t149 - p_boom_dh_a * m_5_5_f_y - m_5_5_f_x * (q_3 * c_4)
+    t173 = q_3 * m_4_5_f_y + (s_4 * t149 + t160)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t192 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    m_2_5_b_z = t192 + (s_2 * t183 + c_2 * m_4_5_b_z)
+    t179 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    m_2_5_b_z = t179 + (s_2 * t170 + c_2 * m_4_5_b_z)
     # link 5 (wrist_bend): composite body, before its turn
-    t195 = c_5 * c_5
-    t197 = s_5 * s_5
-    t199 = c_5 * s_5
-    t202 = t161 * t199 + t69 * t199
+    t182 = c_5 * c_5
+    t184 = s_5 * s_5
+    t186 = c_5 * s_5
+    t189 = t148 * t186 + t61 * t186
     # link 4 (wrist_roll): composite body
-    C_4_xx = t69 * t197 + (J_4_xx - t161 * t195)
-    C_4_yy = J_6_yy * t152 + (J_4_yy + J_6_xx * t150)
-    t209 = t95 + C_5t_yz
+    C_4_xx = t61 * t184 + (J_4_xx - t148 * t182)
+    C_4_yy = J_6_yy * t139 + (J_4_yy + J_6_xx * t137)
+    t196 = t79 + C_5t_yz
     # link 4 (wrist_roll): effort when joint 4 is accelerated
     M_4_4 = C_4_xx + C_4_yy
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t219 = s_4 * t209 + c_4 * t202
-    t222 = p_boom_dh_a * m_4_4_f_y
-    m_4_4_b_z = M_4_4 + t222
+    t206 = s_4 * t196 + c_4 * t189
+    t209 = p_boom_dh_a * m_4_4_f_y
+    m_4_4_b_z = M_4_4 + t209
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t209 - s_4 * t202 - q_3 * C_4t_y1
+    m_3_4_b_x = c_4 * t196 - s_4 * t189 - q_3 * C_4t_y1
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t229 = s_2 * m_3_4_b_x
-    t230 = p_shoulder_tilt_dh_d * c_2
+    t216 = s_2 * m_3_4_b_x
+    t217 = p_shoulder_tilt_dh_d * c_2
     # link 4 (wrist_roll): composite body, before its turn
-    t233 = t173 - s_4 * C_4_yy
-    t236 = t174 - c_4 * C_4_xx
+    t220 = t160 - s_4 * C_4_yy
+    t223 = t161 - c_4 * C_4_xx
     # link 3 (boom): composite body
     C_3_x1 = J_3_x1 + m_4_4_f_y
-    t251 = t114 - m_5_5_f_x
+    t238 = t98 - m_5_5_f_x
     # link 2 (shoulder_tilt): effort when joint 3 is accelerated
-    t253 = p_shoulder_tilt_dh_d * J_3_11
+    t240 = p_shoulder_tilt_dh_d * J_3_11
     # link 2 (shoulder_tilt): composite body
-    C_2_xx = c_4 * (t174 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t173 + s_4 * C_4_xx))
-    t258 = q_3 * J_3_11
-    C_2_y1 = t251 - t258
-    t264 = q_3 * C_2_y1 + (q_3 * t251 + (t161 * t197 + (t128 - t69 * t195)))
-    t268 = t109 - t219 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
+    C_2_xx = c_4 * (t161 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t160 + s_4 * C_4_xx))
+    t245 = q_3 * J_3_11
+    C_2_y1 = t238 - t245
+    t251 = t113 + t61 * t182 - t148 * t184 - q_3 * t238 - q_3 * C_2_y1
+    t255 = t93 - t206 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t272 = s_2 * (s_4 * t236 - c_4 * t233 - p_boom_dh_a * C_4t_y1)
-    t274 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
-    t285 = m_5_6_n_x * t147 - c_2 * t145
+    t259 = s_2 * (s_4 * t223 - c_4 * t220 - p_boom_dh_a * C_4t_y1)
+    t261 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
+    t272 = m_5_6_n_x * t134 - c_2 * t132
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t302 = s_2 * qd_1
-    t303 = c_2 * qd_1
+    t289 = s_2 * qd_1
+    t290 = c_2 * qd_1
     # link 2 (shoulder_tilt): acceleration
-    t305 = s_2 * p_g
-    t306 = c_2 * p_g
+    t292 = s_2 * p_g
+    t293 = c_2 * p_g
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t302 * t303
-    t308 = qd_2 * t302
-    t309 = qd_2 * t303
-    w_2_xx = t302 * t302
+    w_2_xy = t289 * t290
+    t295 = qd_2 * t289
+    t296 = qd_2 * t290
+    w_2_xx = t289 * t289
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t312 = w_2_xx + w_2_zz
-    U_2_zy = t309 * -2.0
+    t299 = w_2_xx + w_2_zz
+    U_2_zy = t296 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t317 = t109 * (w_1_zz - t312)
-    t319 = J_2_xx + t128
-    N_2_z = w_2_xy * t319
+    t304 = t93 * (w_1_zz - t299)
+    t306 = J_2_xx - t113
+    N_2_z = w_2_xy * t306
     # link 3 (boom): acceleration of its frame
-    t324 = t302 * -2.0
-    t326 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * t324
-    a_3_x = q_3 * U_2_zy + t326
-    t329 = qd_2 * 2.0
-    t331 = t305 - qd_3 * t329
-    t332 = q_3 * w_2_xy + t331
-    a_3_z = t306 - q_3 * t312
+    t311 = t289 * -2.0
+    t313 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * t311
+    a_3_x = q_3 * U_2_zy + t313
+    t316 = qd_2 * 2.0
+    t318 = t292 - qd_3 * t316
+    t319 = q_3 * w_2_xy + t318
+    a_3_z = t293 - q_3 * t299
     # link 3 (boom): products of angular velocity
-    w_3_zz = t303 * t303
+    w_3_zz = t290 * t290
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t312 - w_3_zz
+    U_3_xx = w_2_zz - t299 - w_3_zz
     # link 3 (boom): Newton, inertial force
-    t338 = J_3_x1 * U_3_xx
-    t342 = t114 * t312
+    t325 = J_3_x1 * U_3_xx
+    t329 = t98 * t299
     # link 4 (wrist_roll): angular velocity of link 3
-    t350 = s_4 * t302 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t302
+    t337 = s_4 * t289 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t289
     # link 4 (wrist_roll): acceleration field U along the axis
-    t356 = s_4 * w_2_xy - c_4 * U_2_zy
+    t343 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
-    t359 = p_boom_dh_a * U_3_xx
-    a_4b_x = a_3_x + t359
+    t346 = p_boom_dh_a * U_3_xx
+    a_4b_x = a_3_x + t346
     # link 4 (wrist_roll): acceleration
-    t363 = s_4 * t332 - c_4 * a_4b_x
+    t350 = s_4 * t319 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t303
+    omega_4_z = qd_4 + t290
     # link 4 (wrist_roll): products of angular velocity
-    t368 = t350 * omega_4r_y
-    t369 = t350 * omega_4_z
+    t355 = t337 * omega_4r_y
+    t356 = t337 * omega_4_z
     w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t350 * t350
+    w_4_xx = t337 * t337
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t373 = t356 - t369
+    t360 = t343 - t356
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t308 - t368
-    t375 = w_4_xx + w_4_zz
-    t377 = 2.0 * w_4_yz
-    U_4_zy = t377 + (c_4 * w_2_xy + s_4 * U_2_zy)
+    U_4_xy = t295 - t355
+    t362 = w_4_xx + w_4_zz
+    t364 = 2.0 * w_4_yz
+    U_4_zy = t364 + (c_4 * w_2_xy + s_4 * U_2_zy)
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
-    t381 = J_4_y1 * t375
+    t368 = J_4_y1 * t362
     F_4_z = J_4_y1 * U_4_zy
     # link 4 (wrist_roll): Euler, inertial moment
-    t384 = t95 * (t312 - t375)
-    t389 = J_4_xx + J_4_yy
-    t392 = J_4_xx - J_4_yy
-    t393 = t368 * t392
+    t371 = t79 * (t299 - t362)
+    t376 = J_4_xx + J_4_yy
+    t379 = J_4_xx - J_4_yy
+    t380 = t355 * t379
     # link 5 (wrist_bend): angular velocity of link 4
-    t397 = s_5 * omega_4_z + c_5 * t350
-    omega_5r_y = s_5 * t350 - c_5 * omega_4_z
+    t384 = s_5 * omega_4_z + c_5 * t337
+    omega_5r_y = s_5 * t337 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t403 = s_5 * U_4_zy - c_5 * U_4_xy
+    t390 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t410 = t397 * omega_5r_y
-    t411 = t397 * omega_5_z
+    t397 = t384 * omega_5r_y
+    t398 = t384 * omega_5_z
     w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t397 * t397
+    w_5_xx = t384 * t384
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t373 - t410
-    t416 = w_5_xx + w_5_zz
-    t417 = 2.0 * t411
-    U_5_zx = t403 - t417
-    t419 = 2.0 * w_5_yz
-    U_5_zy = t419 + (c_5 * U_4_zy + s_5 * U_4_xy)
+    U_5_xy = t360 - t397
+    t403 = w_5_xx + w_5_zz
+    t404 = 2.0 * t398
+    U_5_zx = t390 - t404
+    t406 = 2.0 * w_5_yz
+    U_5_zy = t406 + (c_5 * U_4_zy + s_5 * U_4_xy)
     # link 5 (wrist_bend): Newton, inertial force
-    t422 = t73 * U_5_xy
-    F_5_y = t73 * t416
+    t409 = t64 * U_5_xy
+    F_5_y = t64 * t403
     # link 5 (wrist_bend): Euler, inertial moment
-    t426 = t71 * (t375 - t416)
-    t433 = t65 - t69
-    t435 = t69 - t64
-    t436 = t410 * t435
+    t413 = t63 * (t362 - t403)
+    t420 = t54 - t61
+    t422 = t54 + t61
+    t423 = t397 * t422
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t397
-    omega_6r_y = s_6 * t397 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t384
+    omega_6r_y = s_6 * t384 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t403 - t411
+    alpha_6_z = t390 - t398
     # link 6 (hand): acceleration field U
-    t450 = 2.0 * (omega_6r_x * omega_6_z)
-    U_6_zx = t450 + (s_6 * U_5_zy + c_6 * U_5_xy)
-    t454 = 2.0 * (omega_6r_y * omega_6_z)
-    U_6_zy = t454 + (c_6 * U_5_zy - s_6 * U_5_xy)
+    t437 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = t437 + (s_6 * U_5_zy + c_6 * U_5_xy)
+    t441 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = t441 + (c_6 * U_5_zy - s_6 * U_5_xy)
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t458 = J_6_xx * U_6_zx
-    t459 = J_6_xx - J_6_yy
-    t461 = t459 * (omega_6r_x * omega_6r_y)
-    N_6_z = t461 + M_6_6 * alpha_6_z
+    t445 = J_6_xx * U_6_zx
+    t446 = J_6_xx - J_6_yy
+    t448 = t446 * (omega_6r_x * omega_6r_y)
+    N_6_z = t448 + M_6_6 * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t469 = t73 * (c_4 * t332 + s_4 * a_4b_x) + (t426 + t69 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (s_6 * t458 + t469)
-    t473 = N_6_z + (t71 * U_5_xy - t65 * U_5_zx)
-    t475 = t71 * t403 + t73 * (s_5 * a_3_z + c_5 * t363) - t373 * t433
-    t478 = c_6 * t458 + (t475 - t436) - s_6 * N_6_x
+    t456 = t64 * (c_4 * t319 + s_4 * a_4b_x) + (t413 + t61 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (s_6 * t445 + t456)
+    t460 = N_6_z + (t63 * U_5_xy - t54 * U_5_zx)
+    t462 = t63 * t390 + t64 * (s_5 * a_3_z + c_5 * t350) - t360 * t420
+    t465 = c_6 * t445 + (t462 - t423) - s_6 * N_6_x
     # link 5 (wrist_bend): force, before its turn
-    t479 = s_5 * F_5_y
-    t481 = c_5 * F_5_y
+    t466 = s_5 * F_5_y
+    t468 = c_5 * F_5_y
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - t479 - c_5 * t422
-    t489 = t381 + t73 * U_5_zy
-    f_4_z = s_5 * t422 + (F_4_z - t481)
+    f_4_x = F_4_x - t466 - c_5 * t409
+    t476 = t368 + t64 * U_5_zy
+    f_4_z = s_5 * t409 + (F_4_z - t468)
     # link 4 (wrist_roll): moment from link 3
-    t494 = s_5 * t473 + (J_4_yy * U_4_zy + (t384 + J_4_y1 * a_3_z))
-    n_4_x = c_5 * n_5_x + t494
-    n_4_y = J_4_xx * (t369 - t373) - t95 * U_4_xy - t478
-    t501 = t393 + (t308 * t389 + t95 * t356) - J_4_y1 * t363 - c_5 * t473
-    t502 = s_5 * n_5_x + t501
+    t481 = s_5 * t460 + (J_4_yy * U_4_zy + (t371 + J_4_y1 * a_3_z))
+    n_4_x = c_5 * n_5_x + t481
+    n_4_y = J_4_xx * (t356 - t360) - t79 * U_4_xy - t465
+    t488 = t380 + (t295 * t376 + t79 * t343) - J_4_y1 * t350 - c_5 * t460
+    t489 = s_5 * n_5_x + t488
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t489
+    f_4t_y = s_4 * f_4_x - c_4 * t476
     # link 3 (boom): force from link 2
-    t516 = c_4 * f_4_x + (J_3_11 * a_3_x + t338 - t114 * U_2_zy)
-    f_3_x = s_4 * t489 + t516
-    f_3_y = f_4t_y + (t114 * w_2_xy - J_3_11 * t332)
-    f_3_z = f_4_z + (t342 + J_3_11 * a_3_z)
+    t503 = c_4 * f_4_x + (J_3_11 * a_3_x + t325 - t98 * U_2_zy)
+    f_3_x = s_4 * t476 + t503
+    f_3_y = f_4t_y + (t98 * w_2_xy - J_3_11 * t319)
+    f_3_z = f_4_z + (t329 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t526 = J_3_x1 * a_3_z + (t114 * a_3_x + (t128 * U_2_zy - t317))
-    t529 = p_boom_dh_a * f_4_z + (t526 - s_4 * n_4_x - c_4 * n_4_y)
-    t531 = J_2_xx * qd_2
-    t535 = p_boom_dh_a * f_4t_y + (t109 * w_2_xy - J_3_x1 * t332 - t502)
+    t513 = t113 * U_2_zy + t304 - t98 * a_3_x - J_3_x1 * a_3_z
+    t516 = c_4 * n_4_y + (s_4 * n_4_x + t513) - p_boom_dh_a * f_4_z
+    t518 = J_2_xx * qd_2
+    t522 = p_boom_dh_a * f_4t_y + (t93 * w_2_xy - J_3_x1 * t319 - t489)
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t544 = u_5 + t478
-    t545 = u_6 - N_6_z
+    t531 = u_5 + t465
+    t532 = u_6 - N_6_z
     # solve: L D L^T
-    t547 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
-    t548 = t285 * t547
-    t549 = m_4_6_n_x * t547
-    t550 = t145 * t547
-    t557 = 1.0 / (t162 + p_wrist_bend_added_inertia_inertia)
-    t558 = m_2_5_b_z * t557
-    t559 = t186 * t557
-    t560 = m_5_5_f_y * t557
-    t561 = C_5t_yz * t557
-    t571 = t285 * t550 + (c_2 * m_4_4_b_z - t229 - m_4_4_f_y * t230)
-    t572 = t571 - m_2_5_b_z * t561
-    t576 = m_4_6_n_x * t550 + (t219 + q_3 * m_4_4_f_y) - t186 * t561
-    t577 = m_5_5_f_y * t561
-    t580 = M_4_4 + p_wrist_roll_added_inertia_inertia - t145 * t550
-    t582 = 1.0 / (t580 - C_5t_yz * t561)
-    t583 = t572 * t582
-    t584 = t576 * t582
-    t585 = t577 * t582
-    t592 = m_2_5_b_z * t560 + (s_2 * C_3_x1 - s_2 * t253) - t572 * t585
-    t595 = t576 * t585 + (C_4t_y1 - t186 * t560)
-    t598 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t560
-    t600 = 1.0 / (t598 - t577 * t585)
-    t601 = t592 * t600
-    t602 = t595 * t600
-    t608 = t274 + (t272 - c_2 * t268) - t285 * t549 - m_2_5_b_z * t559
-    t610 = t592 * t602 + (t608 - t572 * t584)
-    t613 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx - t264)
-    t616 = t613 - m_4_6_n_x * t549 - t186 * t559 - t576 * t584
-    t618 = 1.0 / (t616 - t595 * t602)
-    t619 = t610 * t618
-    t622 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t624 = p_boom_mass * t102 + (p_shoulder_pan_inertia_yy + J_4_11 * t102)
-    t626 = p_shoulder_tilt_dh_d * t132 + (p_shoulder_tilt_com_y * J_2_z1 + t624)
-    t630 = p_shoulder_tilt_dh_d * J_2_z1 + t626 + t222 * 2.0 - s_4 * t233
-    t633 = t630 - c_4 * t236 - c_2 * (t229 - c_2 * C_2_xx) - s_2 * (s_2 * t264 + c_2 * m_3_4_b_x)
-    t635 = t633 - p_shoulder_tilt_dh_d * (C_3_x1 - t253) - p_shoulder_tilt_dh_d * C_3_x1
-    t637 = p_shoulder_pan_added_inertia_inertia + t635 - t285 * t548
-    t640 = t637 - m_2_5_b_z * t558 - t572 * t583 - t592 * t601
-    t654 = u_4 + t502 - t545 * t550 - t544 * t561
-    t660 = t544 * t560 + (u_3 - f_3_z) - t585 * t654
-    t666 = c_4 * n_4_x + (u_2 - N_2_z - t114 * t332) - s_4 * n_4_y
-    t670 = t545 * t549 + (t666 - q_3 * f_3_y) - t544 * t559 - t584 * t654
-    t671 = t602 * t660 + t670
-    t674 = u_1 - c_2 * (t535 - 2.0 * (t302 * t531)) - s_2 * (t529 - q_3 * f_3_x)
-    t676 = t545 * t548 + (p_shoulder_tilt_dh_d * f_2t_x + t674)
-    t680 = t676 - t544 * t558 - t583 * t654 - t601 * t660 - t619 * t671
-    t681 = 1.0 / (t124 + (t121 + (t622 + (t640 - t610 * t619))))
-    t682 = t680 * t681
-    t689 = t618 * t671 - t619 * t682
-    t693 = t602 * t689 + (t600 * t660 - t601 * t682)
-    t699 = t582 * t654 - t583 * t682 - t584 * t689 - t585 * t693
+    t534 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
+    t535 = t272 * t534
+    t536 = m_4_6_n_x * t534
+    t537 = t132 * t534
+    t544 = 1.0 / (t149 + p_wrist_bend_added_inertia_inertia)
+    t545 = m_2_5_b_z * t544
+    t546 = t173 * t544
+    t547 = m_5_5_f_y * t544
+    t548 = C_5t_yz * t544
+    t558 = t272 * t537 + (c_2 * m_4_4_b_z - t216 - m_4_4_f_y * t217)
+    t559 = t558 - m_2_5_b_z * t548
+    t563 = m_4_6_n_x * t537 + (t206 + q_3 * m_4_4_f_y) - t173 * t548
+    t564 = m_5_5_f_y * t548
+    t567 = M_4_4 + p_wrist_roll_added_inertia_inertia - t132 * t537
+    t569 = 1.0 / (t567 - C_5t_yz * t548)
+    t570 = t559 * t569
+    t571 = t563 * t569
+    t572 = t564 * t569
+    t579 = m_2_5_b_z * t547 + (s_2 * C_3_x1 - s_2 * t240) - t559 * t572
+    t582 = t563 * t572 + (C_4t_y1 - t173 * t547)
+    t585 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t547
+    t587 = 1.0 / (t585 - t564 * t572)
+    t588 = t579 * t587
+    t589 = t582 * t587
+    t595 = t261 + (t259 - c_2 * t255) - t272 * t536 - m_2_5_b_z * t546
+    t597 = t579 * t589 + (t595 - t559 * t571)
+    t600 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t251)
+    t603 = t600 - m_4_6_n_x * t536 - t173 * t546 - t563 * t571
+    t605 = 1.0 / (t603 - t582 * t589)
+    t606 = t597 * t605
+    t609 = p_boom_mass * t86 + (p_shoulder_pan_inertia_yy + J_4_11 * t86)
+    t611 = p_shoulder_tilt_dh_d * t117 + (p_shoulder_tilt_com_y * J_2_z1 + t609)
+    t615 = t121 + (p_shoulder_tilt_dh_d * J_2_z1 + t611) + t209 * 2.0
+    t618 = t615 - s_4 * t220 - c_4 * t223 - c_2 * (t216 - c_2 * C_2_xx)
+    t620 = s_2 * (s_2 * t251 - c_2 * m_3_4_b_x) + t618 - p_shoulder_tilt_dh_d * (C_3_x1 - t240)
+    t622 = p_shoulder_pan_added_inertia_inertia + (t620 - p_shoulder_tilt_dh_d * C_3_x1)
+    t625 = t622 - t272 * t535 - m_2_5_b_z * t545 - t559 * t570
+    t639 = u_4 + t489 - t532 * t537 - t531 * t548
+    t645 = t531 * t547 + (u_3 - f_3_z) - t572 * t639
+    t651 = c_4 * n_4_x + (u_2 - N_2_z - t98 * t319) - s_4 * n_4_y
+    t655 = t532 * t536 + (t651 - q_3 * f_3_y) - t531 * t546 - t571 * t639
+    t656 = t589 * t645 + t655
+    t659 = s_2 * (q_3 * f_3_x + t516) + (u_1 - c_2 * (t522 - 2.0 * (t289 * t518)))
+    t661 = t532 * t535 + (p_shoulder_tilt_dh_d * f_2t_x + t659)
+    t665 = t661 - t531 * t545 - t570 * t639 - t588 * t645 - t606 * t656
+    t666 = 1.0 / (t108 + (t105 + (t625 - t579 * t588 - t597 * t606)))
+    t667 = t665 * t666
+    t674 = t605 * t656 - t606 * t667
+    t678 = t589 * t674 + (t587 * t645 - t588 * t667)
+    t684 = t569 * t639 - t570 * t667 - t571 * t674 - t572 * t678
     # derivative: link 1 (shoulder_pan): products of angular velocity
-    t708 = qd_1 * 2.0
+    t693 = qd_1 * 2.0
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    U_3_yx = c_2 * t682
+    U_3_yx = c_2 * t667
     # derivative: link 2 (shoulder_tilt): acceleration field U along the axis
-    U_2r_y = s_2 * t682
+    U_2r_y = s_2 * t667
     # link 2 (shoulder_tilt): acceleration of its joint
-    t711 = p_shoulder_tilt_dh_d * t682
+    t696 = p_shoulder_tilt_dh_d * t667
     # link 2 (shoulder_tilt): acceleration
-    t713 = c_2 * t711
+    t698 = c_2 * t696
     # derivative: link 2 (shoulder_tilt): acceleration
-    t714 = s_2 * t711
+    t699 = s_2 * t696
     # derivative: link 2 (shoulder_tilt): products of angular velocity
-    t717 = s_2 * t303 + c_2 * t302
-    t718 = w_2_xx - w_3_zz
-    t719 = s_2 * qd_2
-    t721 = 2.0 * (s_2 * t302)
-    t722 = w_2_xy * 2.0
+    t702 = s_2 * t290 + c_2 * t289
+    t703 = w_2_xx - w_3_zz
+    t704 = s_2 * qd_2
+    t706 = 2.0 * (s_2 * t289)
+    t707 = w_2_xy * 2.0
     # link 2 (shoulder_tilt): angular acceleration
-    alpha_2_y = t308 - U_3_yx
+    alpha_2_y = t295 - U_3_yx
     # link 2 (shoulder_tilt): acceleration field U
-    U_2_xy = w_2_xy - t689
+    U_2_xy = w_2_xy - t674
     # derivative: link 2 (shoulder_tilt): acceleration field U
-    t726 = t309 + U_2r_y
+    t711 = t296 + U_2r_y
     # link 2 (shoulder_tilt): acceleration field U
-    t729 = U_2r_y + t309 * 2.0
+    t714 = U_2r_y + t296 * 2.0
     # derivative: link 2 (shoulder_tilt): acceleration field U
-    t730 = t303 * -2.0
-    t732 = -2.0 * (c_2 * qd_2)
-    t734 = t308 * 2.0 - U_3_yx
+    t715 = t290 * -2.0
+    t717 = -2.0 * (c_2 * qd_2)
+    t719 = t295 * 2.0 - U_3_yx
     # derivative: link 3 (boom): acceleration of its joint
-    t753 = q_3 * t717
-    t756 = t306 - t714 - q_3 * t718
-    t757 = q_3 * t721
-    t759 = q_3 * t329
-    t761 = q_3 * t730
+    t738 = q_3 * t702
+    t741 = t293 - t699 - q_3 * t703
+    t742 = q_3 * t706
+    t744 = q_3 * t316
+    t746 = q_3 * t715
     # link 3 (boom): acceleration of its frame
-    t764 = t326 - q_3 * t729
+    t749 = t313 - q_3 * t714
     # derivative: link 3 (boom): acceleration of its frame
-    t768 = p_shoulder_tilt_dh_d * t708 + q_3 * t732 - 2.0 * (s_2 * qd_3)
-    t771 = q_3 * t734 - 2.0 * (qd_3 * t303)
-    t772 = qd_3 * 2.0
+    t753 = p_shoulder_tilt_dh_d * t693 + q_3 * t717 - 2.0 * (s_2 * qd_3)
+    t756 = q_3 * t719 - 2.0 * (qd_3 * t290)
+    t757 = qd_3 * 2.0
     # link 3 (boom): acceleration of its frame
-    t774 = t331 + (t713 + q_3 * U_2_xy)
-    t776 = a_3_z + t693 - t714
+    t759 = t318 + (t698 + q_3 * U_2_xy)
+    t761 = a_3_z + t678 - t699
     # derivative: link 3 (boom): acceleration of its frame
-    t778 = q_3 * t722 + (t305 + t713)
+    t763 = q_3 * t707 + (t292 + t698)
     # derivative: link 3 (boom): acceleration field U
-    t781 = t721 + 2.0 * (c_2 * t303)
+    t766 = t706 + 2.0 * (c_2 * t290)
     # link 3 (boom): Newton, inertial force
-    t787 = t114 * t729
-    t791 = t114 * U_2_xy
-    t794 = J_3_x1 * U_3_yx
+    t772 = t98 * t714
+    t776 = t98 * U_2_xy
+    t779 = J_3_x1 * U_3_yx
     # derivative: link 3 (boom): Newton, inertial force
-    t795 = J_3_x1 * U_2r_y
-    t798 = J_3_11 * U_2_xy
-    t800 = J_3_11 * t329
-    t804 = t114 * t329
-    t807 = J_3_11 * t312
+    t780 = J_3_x1 * U_2r_y
+    t783 = J_3_11 * U_2_xy
+    t785 = J_3_11 * t316
+    t789 = t98 * t316
+    t792 = J_3_11 * t299
     # derivative: link 4 (wrist_roll): angular velocity of link 3
-    t829 = s_4 * t303
-    t830 = s_2 * c_4
-    t831 = c_4 * t303
+    t814 = s_4 * t290
+    t815 = s_2 * c_4
+    t816 = c_4 * t290
     # derivative: link 4 (wrist_roll): acceleration field U along the axis
-    t838 = c_4 * t730
+    t823 = c_4 * t715
     # link 4 (wrist_roll): acceleration field U along the axis
-    t841 = s_4 * U_2_xy + c_4 * t729
+    t826 = s_4 * U_2_xy + c_4 * t714
     # derivative: link 4 (wrist_roll): acceleration field U along the axis
-    t842 = c_4 * U_2_xy - s_4 * t729
-    t843 = s_4 * t717 - c_4 * t732
-    t844 = s_4 * t718 + c_4 * t734
+    t827 = c_4 * U_2_xy - s_4 * t714
+    t828 = s_4 * t702 - c_4 * t717
+    t829 = s_4 * t703 + c_4 * t719
     # link 4 (wrist_roll): acceleration of its joint
-    t851 = t359 + t764
+    t836 = t346 + t749
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t852 = t768 - p_boom_dh_a * t781
+    t837 = t753 - p_boom_dh_a * t766
     # link 4 (wrist_roll): acceleration of its joint
-    t853 = p_boom_dh_a * U_3_yx
+    t838 = p_boom_dh_a * U_3_yx
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t854 = p_boom_dh_a * U_2r_y
+    t839 = p_boom_dh_a * U_2r_y
     # link 4 (wrist_roll): acceleration of its joint
-    t855 = t774 - t853
+    t840 = t759 - t838
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t856 = t756 + t854
+    t841 = t741 + t839
     # link 4 (wrist_roll): acceleration of its joint
-    a_4b_z = t776 + t854
+    a_4b_z = t761 + t839
     # derivative: link 4 (wrist_roll): acceleration of its joint
-    t858 = t778 - t853
+    t843 = t763 - t838
     # link 4 (wrist_roll): acceleration
-    t871 = s_4 * t855 - c_4 * t851
+    t856 = s_4 * t840 - c_4 * t836
     # derivative: link 4 (wrist_roll): acceleration
-    t872 = c_4 * t855 + s_4 * t851
-    t873 = s_4 * t329 + c_4 * t324
-    t874 = s_4 * t753 - c_4 * t852
-    t875 = s_4 * t856 - c_4 * t771
-    t876 = s_4 * t772 + c_4 * t761
+    t857 = c_4 * t840 + s_4 * t836
+    t858 = s_4 * t316 + c_4 * t311
+    t859 = s_4 * t738 - c_4 * t837
+    t860 = s_4 * t841 - c_4 * t756
+    t861 = s_4 * t757 + c_4 * t746
     # derivative: link 4 (wrist_roll): products of angular velocity
-    t894 = c_4 * omega_4r_y + s_4 * t350
-    t895 = w_4_xx - omega_4r_y * omega_4r_y
-    t897 = t147 * omega_4r_y - t350 * t830
-    t899 = omega_4r_y * t829 - t350 * t831
-    t902 = c_4 * omega_4_z
-    t904 = t147 * omega_4_z + c_2 * t350
-    t906 = omega_4_z * t829 - t302 * t350
-    t913 = -2.0 * t368
-    t915 = 2.0 * (c_4 * t350)
-    t916 = 2.0 * omega_4_z
+    t879 = c_4 * omega_4r_y + s_4 * t337
+    t880 = w_4_xx - omega_4r_y * omega_4r_y
+    t882 = t134 * omega_4r_y - t337 * t815
+    t884 = omega_4r_y * t814 - t337 * t816
+    t887 = c_4 * omega_4_z
+    t889 = t134 * omega_4_z + c_2 * t337
+    t891 = omega_4_z * t814 - t289 * t337
+    t898 = -2.0 * t355
+    t900 = 2.0 * (c_4 * t337)
+    t901 = 2.0 * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t917 = t369 - t841
+    t902 = t356 - t826
     # derivative: link 4 (wrist_roll): angular acceleration
-    t918 = w_4_yz + t842
-    t919 = t843 - t904
-    t920 = t844 + t906
-    t921 = t838 + t902
+    t903 = w_4_yz + t827
+    t904 = t828 - t889
+    t905 = t829 + t891
+    t906 = t823 + t887
     # link 4 (wrist_roll): angular acceleration
-    alpha_4_z = t699 - alpha_2_y
+    alpha_4_z = t684 - alpha_2_y
     # link 4 (wrist_roll): acceleration field U
-    t923 = t368 + alpha_4_z
+    t908 = t355 + alpha_4_z
     # derivative: link 4 (wrist_roll): acceleration field U
-    t924 = t726 - t899
-    t925 = t302 - t894
-    t926 = t719 - t897
-    t931 = 2.0 * (t147 * t350) + 2.0 * (c_2 * omega_4_z)
-    t936 = 2.0 * (t350 * t829) - 2.0 * (t302 * omega_4_z)
+    t909 = t711 - t884
+    t910 = t289 - t879
+    t911 = t704 - t882
+    t916 = 2.0 * (t134 * t337) + 2.0 * (c_2 * omega_4_z)
+    t921 = 2.0 * (t337 * t814) - 2.0 * (t289 * omega_4_z)
     # link 4 (wrist_roll): acceleration field U
-    t942 = t377 + t842
+    t927 = t364 + t827
     # derivative: link 4 (wrist_roll): acceleration field U
-    t945 = s_4 * t730 + 2.0 * (s_4 * omega_4_z)
-    t947 = 2.0 * t369 - t841
-    t950 = c_4 * t717 + s_4 * t732 - 2.0 * (omega_4_z * t830 - c_2 * omega_4r_y)
-    t953 = c_4 * t718 - s_4 * t734 + 2.0 * (omega_4_z * t831 + t302 * omega_4r_y)
-    t954 = 2.0 * omega_4r_y
+    t930 = s_4 * t715 + 2.0 * (s_4 * omega_4_z)
+    t932 = 2.0 * t356 - t826
+    t935 = c_4 * t702 + s_4 * t717 - 2.0 * (omega_4_z * t815 - c_2 * omega_4r_y)
+    t938 = c_4 * t703 - s_4 * t719 + 2.0 * (omega_4_z * t816 + t289 * omega_4r_y)
+    t939 = 2.0 * omega_4r_y
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t1022 = t392 * t899 + (t389 * t726 - t95 * t844) - J_4_y1 * t875
-    t1025 = t392 * t897 + (t389 * t719 + t95 * t843) - J_4_y1 * t874
-    t1028 = J_4_y1 * t876 + (t392 * t894 + (t302 * t389 - t95 * t838))
+    t1007 = t379 * t884 + (t376 * t711 - t79 * t829) - J_4_y1 * t860
+    t1010 = t379 * t882 + (t376 * t704 + t79 * t828) - J_4_y1 * t859
+    t1013 = J_4_y1 * t861 + (t379 * t879 + (t289 * t376 - t79 * t823))
     # derivative: link 5 (wrist_bend): angular velocity of link 4
-    t1031 = c_5 * omega_4r_y
-    t1034 = c_4 * c_5
-    t1035 = c_2 * s_5 + c_5 * t147
-    t1036 = s_5 * t302 - c_5 * t829
-    t1037 = s_5 * omega_4r_y
-    t1040 = c_4 * s_5
-    t1043 = s_5 * t147 - c_2 * c_5
-    t1044 = s_5 * t829 + c_5 * t302
+    t1016 = c_5 * omega_4r_y
+    t1019 = c_4 * c_5
+    t1020 = c_2 * s_5 + c_5 * t134
+    t1021 = s_5 * t289 - c_5 * t814
+    t1022 = s_5 * omega_4r_y
+    t1025 = c_4 * s_5
+    t1028 = s_5 * t134 - c_2 * c_5
+    t1029 = s_5 * t814 + c_5 * t289
     # derivative: link 5 (wrist_bend): acceleration field U along the axis
-    t1051 = s_5 * t954
+    t1036 = s_5 * t939
     # link 5 (wrist_bend): acceleration field U along the axis
-    t1058 = s_5 * t942 + c_5 * t923
+    t1043 = s_5 * t927 + c_5 * t908
     # derivative: link 5 (wrist_bend): acceleration field U along the axis
-    t1059 = c_5 * t942 - s_5 * t923
-    t1060 = s_5 * t945 - c_5 * t925
-    t1061 = s_5 * t947 + c_5 * t895
-    t1062 = s_5 * t950 - c_5 * t926
-    t1063 = s_5 * t953 + c_5 * t924
+    t1044 = c_5 * t927 - s_5 * t908
+    t1045 = s_5 * t930 - c_5 * t910
+    t1046 = s_5 * t932 + c_5 * t880
+    t1047 = s_5 * t935 - c_5 * t911
+    t1048 = s_5 * t938 + c_5 * t909
     # derivative: link 5 (wrist_bend): products of angular velocity
-    t1097 = w_5_xx - omega_5r_y * omega_5r_y
-    t1099 = omega_5r_y * t1031 + t397 * t1037
-    t1101 = omega_5r_y * t1035 + t397 * t1043
-    t1103 = omega_5r_y * t1036 - t397 * t1044
-    t1105 = omega_5r_y * t1034 + t397 * t1040
-    t1107 = s_5 * omega_5r_y - c_5 * t397
-    t1112 = s_5 * omega_5_z
-    t1114 = omega_5_z * t1034 + s_4 * t397
-    t1116 = omega_5_z * t1031 - t350 * t397
-    t1118 = omega_5_z * t1035 - t397 * t830
-    t1120 = omega_5_z * t1036 + t397 * t831
-    t1133 = -2.0 * t410
-    t1135 = 2.0 * (s_5 * t397)
-    t1136 = 2.0 * omega_5_z
+    t1082 = w_5_xx - omega_5r_y * omega_5r_y
+    t1084 = omega_5r_y * t1016 + t384 * t1022
+    t1086 = omega_5r_y * t1020 + t384 * t1028
+    t1088 = omega_5r_y * t1021 - t384 * t1029
+    t1090 = omega_5r_y * t1019 + t384 * t1025
+    t1092 = s_5 * omega_5r_y - c_5 * t384
+    t1097 = s_5 * omega_5_z
+    t1099 = omega_5_z * t1019 + s_4 * t384
+    t1101 = omega_5_z * t1016 - t337 * t384
+    t1103 = omega_5_z * t1020 - t384 * t815
+    t1105 = omega_5_z * t1021 + t384 * t816
+    t1118 = -2.0 * t397
+    t1120 = 2.0 * (s_5 * t384)
+    t1121 = 2.0 * omega_5_z
     # link 5 (wrist_bend): angular acceleration
-    t1137 = t411 - t1058
-    t1140 = t560 * t693 + (t544 * t557 - t558 * t682 - t559 * t689)
-    t1142 = t917 + (t1140 - t561 * t699)
+    t1122 = t398 - t1043
+    t1125 = t547 * t678 + (t531 * t544 - t545 * t667 - t546 * t674)
+    t1127 = t902 + (t1125 - t548 * t684)
     # link 5 (wrist_bend): acceleration field U
-    t1143 = t410 + t1142
+    t1128 = t397 + t1127
     # derivative: link 5 (wrist_bend): acceleration field U
-    t1144 = t918 + t1099
-    t1145 = t921 + t1105
-    t1146 = t919 - t1101
-    t1147 = t920 - t1103
-    t1148 = t350 + t1107
-    t1153 = 2.0 * (t397 * t1034) + 2.0 * (s_4 * omega_5_z)
-    t1158 = 2.0 * (t397 * t1031) - 2.0 * (t350 * omega_5_z)
-    t1163 = 2.0 * (t397 * t1035) - 2.0 * (omega_5_z * t830)
-    t1168 = 2.0 * (t397 * t1036) + 2.0 * (omega_5_z * t831)
-    t1170 = w_5_yz + t1059
-    t1172 = t1061 + t1116
-    t1174 = t1062 - t1118
-    t1176 = t1063 - t1120
-    t1178 = t1060 - t1114
-    t1180 = t1051 - t1112
+    t1129 = t903 + t1084
+    t1130 = t906 + t1090
+    t1131 = t904 - t1086
+    t1132 = t905 - t1088
+    t1133 = t337 + t1092
+    t1138 = 2.0 * (t384 * t1019) + 2.0 * (s_4 * omega_5_z)
+    t1143 = 2.0 * (t384 * t1016) - 2.0 * (t337 * omega_5_z)
+    t1148 = 2.0 * (t384 * t1020) - 2.0 * (omega_5_z * t815)
+    t1153 = 2.0 * (t384 * t1021) + 2.0 * (omega_5_z * t816)
+    t1155 = w_5_yz + t1044
+    t1157 = t1046 + t1101
+    t1159 = t1047 - t1103
+    t1161 = t1048 - t1105
+    t1163 = t1045 - t1099
+    t1165 = t1036 - t1097
     # link 5 (wrist_bend): acceleration field U
-    t1182 = t419 + t1059
+    t1167 = t406 + t1044
     # derivative: link 5 (wrist_bend): acceleration field U
-    t1183 = t417 - t1058
-    t1186 = c_5 * t947 - s_5 * t895 - 2.0 * (omega_5_z * t1037 - t350 * omega_5r_y)
-    t1189 = c_5 * t950 + s_5 * t926 + 2.0 * (omega_5_z * t1043 - omega_5r_y * t830)
-    t1192 = c_5 * t953 - s_5 * t924 - 2.0 * (omega_5_z * t1044 - omega_5r_y * t831)
-    t1195 = c_5 * t945 + s_5 * t925 + 2.0 * (omega_5_z * t1040 + s_4 * omega_5r_y)
-    t1198 = c_5 * t954 - 2.0 * (c_5 * omega_5_z)
-    t1199 = 2.0 * omega_5r_y
+    t1168 = t404 - t1043
+    t1171 = c_5 * t932 - s_5 * t880 - 2.0 * (omega_5_z * t1022 - t337 * omega_5r_y)
+    t1174 = c_5 * t935 + s_5 * t911 + 2.0 * (omega_5_z * t1028 - omega_5r_y * t815)
+    t1177 = c_5 * t938 - s_5 * t909 - 2.0 * (omega_5_z * t1029 - omega_5r_y * t816)
+    t1180 = c_5 * t930 + s_5 * t910 + 2.0 * (omega_5_z * t1025 + s_4 * omega_5r_y)
+    t1183 = c_5 * t939 - 2.0 * (c_5 * omega_5_z)
+    t1184 = 2.0 * omega_5r_y
     # link 5 (wrist_bend): Newton, inertial force
-    t1200 = t73 * t1143
+    t1185 = t64 * t1128
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t1201 = t73 * t1097
-    t1202 = t73 * t1144
-    t1203 = t73 * t1146
-    t1204 = t73 * t1147
-    t1205 = t73 * t1145
-    t1206 = t73 * t1148
-    t1207 = t73 * t1133
-    t1208 = t73 * t1158
-    t1209 = t73 * t1163
-    t1210 = t73 * t1168
-    t1211 = t73 * t1153
-    t1212 = t73 * t1135
-    t1213 = t73 * t1136
-    t1215 = t73 * t1183
-    t1221 = t73 * t1199
+    t1186 = t64 * t1082
+    t1187 = t64 * t1129
+    t1188 = t64 * t1131
+    t1189 = t64 * t1132
+    t1190 = t64 * t1130
+    t1191 = t64 * t1133
+    t1192 = t64 * t1118
+    t1193 = t64 * t1143
+    t1194 = t64 * t1148
+    t1195 = t64 * t1153
+    t1196 = t64 * t1138
+    t1197 = t64 * t1120
+    t1198 = t64 * t1121
+    t1200 = t64 * t1168
+    t1206 = t64 * t1184
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t1245 = t73 * t842
-    t1247 = t73 * (c_4 * t329 - s_4 * t324)
-    t1274 = t73 * (s_5 * t312 - c_5 * t841)
-    t1276 = m_5_5_f_x * t873
+    t1230 = t64 * t827
+    t1232 = t64 * (c_4 * t316 - s_4 * t311)
+    t1259 = t64 * (s_5 * t299 - c_5 * t826)
+    t1261 = m_5_5_f_x * t858
     # derivative: link 6 (hand): angular velocity of link 5
-    t1294 = c_6 * omega_5r_y
-    t1299 = s_5 * c_6
-    t1300 = s_6 * t350 + c_6 * t1031
-    t1301 = s_6 * t830 + c_6 * t1035
-    t1302 = s_6 * t831 - c_6 * t1036
-    t1303 = s_4 * s_6 - c_6 * t1034
-    t1304 = s_6 * omega_5r_y
-    t1309 = s_5 * s_6
-    t1314 = s_6 * t1031 - c_6 * t350
-    t1315 = s_6 * t1035 - c_6 * t830
-    t1316 = s_6 * t1036 + c_6 * t831
-    t1317 = s_6 * t1034 + s_4 * c_6
+    t1279 = c_6 * omega_5r_y
+    t1284 = s_5 * c_6
+    t1285 = s_6 * t337 + c_6 * t1016
+    t1286 = s_6 * t815 + c_6 * t1020
+    t1287 = s_6 * t816 - c_6 * t1021
+    t1288 = s_4 * s_6 - c_6 * t1019
+    t1289 = s_6 * omega_5r_y
+    t1294 = s_5 * s_6
+    t1299 = s_6 * t1016 - c_6 * t337
+    t1300 = s_6 * t1020 - c_6 * t815
+    t1301 = s_6 * t1021 + c_6 * t816
+    t1302 = s_6 * t1019 + s_4 * c_6
     # link 6 (hand): angular acceleration
-    t1410 = t549 * t689 + (t545 * t547 + t548 * t682) - t550 * t699
+    t1395 = t536 * t674 + (t532 * t534 + t535 * t667) - t537 * t684
     # link 6 (hand): acceleration field U
-    t1413 = t450 + s_6 * t1182 - c_6 * t1143
+    t1398 = t437 + s_6 * t1167 - c_6 * t1128
     # derivative: link 6 (hand): acceleration field U
-    t1415 = s_6 * t1143 + (t454 + c_6 * t1182)
-    t1418 = s_6 * t1183 - c_6 * t1097 + 2.0 * (omega_6_z * t1294 - t397 * omega_6r_x)
-    t1421 = s_6 * t1186 + c_6 * t1144 + 2.0 * (omega_6_z * t1300 + omega_6r_x * t1037)
-    t1424 = s_6 * t1189 + c_6 * t1146 - 2.0 * (omega_6_z * t1301 + omega_6r_x * t1043)
-    t1427 = s_6 * t1192 + c_6 * t1147 + 2.0 * (omega_6_z * t1302 + omega_6r_x * t1044)
-    t1430 = s_6 * t1195 - c_6 * t1145 + 2.0 * (omega_6_z * t1303 - omega_6r_x * t1040)
-    t1433 = s_6 * t1198 - c_6 * t1148 - 2.0 * (omega_6_z * t1299 - c_5 * omega_6r_x)
-    t1442 = c_6 * t1195 + s_6 * t1145 + 2.0 * (omega_6_z * t1317 - omega_6r_y * t1040)
-    t1445 = c_6 * t1186 - s_6 * t1144 - 2.0 * (omega_6_z * t1314 - omega_6r_y * t1037)
-    t1448 = c_6 * t1189 - s_6 * t1146 + 2.0 * (omega_6_z * t1315 - omega_6r_y * t1043)
-    t1451 = c_6 * t1192 - s_6 * t1147 + 2.0 * (omega_6_z * t1316 + omega_6r_y * t1044)
-    t1454 = c_6 * t1183 + s_6 * t1097 - 2.0 * (omega_6_z * t1304 + t397 * omega_6r_y)
-    t1457 = c_6 * t1198 + s_6 * t1148 + 2.0 * (omega_6_z * t1309 + c_5 * omega_6r_y)
+    t1400 = s_6 * t1128 + (t441 + c_6 * t1167)
+    t1403 = s_6 * t1168 - c_6 * t1082 + 2.0 * (omega_6_z * t1279 - t384 * omega_6r_x)
+    t1406 = s_6 * t1171 + c_6 * t1129 + 2.0 * (omega_6_z * t1285 + omega_6r_x * t1022)
+    t1409 = s_6 * t1174 + c_6 * t1131 - 2.0 * (omega_6_z * t1286 + omega_6r_x * t1028)
+    t1412 = s_6 * t1177 + c_6 * t1132 + 2.0 * (omega_6_z * t1287 + omega_6r_x * t1029)
+    t1415 = s_6 * t1180 - c_6 * t1130 + 2.0 * (omega_6_z * t1288 - omega_6r_x * t1025)
+    t1418 = s_6 * t1183 - c_6 * t1133 - 2.0 * (omega_6_z * t1284 - c_5 * omega_6r_x)
+    t1427 = c_6 * t1180 + s_6 * t1130 + 2.0 * (omega_6_z * t1302 - omega_6r_y * t1025)
+    t1430 = c_6 * t1171 - s_6 * t1129 - 2.0 * (omega_6_z * t1299 - omega_6r_y * t1022)
+    t1433 = c_6 * t1174 - s_6 * t1131 + 2.0 * (omega_6_z * t1300 - omega_6r_y * t1028)
+    t1436 = c_6 * t1177 - s_6 * t1132 + 2.0 * (omega_6_z * t1301 + omega_6r_y * t1029)
+    t1439 = c_6 * t1168 + s_6 * t1082 - 2.0 * (omega_6_z * t1289 + t384 * omega_6r_y)
+    t1442 = c_6 * t1183 + s_6 * t1133 + 2.0 * (omega_6_z * t1294 + c_5 * omega_6r_y)
     # link 6 (hand): Euler, inertial moment
-    t1458 = J_6_yy * t1415
+    t1443 = J_6_yy * t1400
     # derivative: link 6 (hand): Euler, inertial moment
-    t1459 = J_6_yy * t1413
-    t1460 = J_6_yy * (c_6 * t1199 + 2.0 * (c_6 * omega_6_z))
-    t1461 = J_6_yy * t1442
-    t1462 = J_6_yy * t1445
-    t1463 = J_6_yy * t1448
-    t1464 = J_6_yy * t1451
-    t1465 = J_6_yy * t1454
-    t1466 = J_6_yy * t1457
-    t1468 = 2.0 * (J_6_yy * omega_6r_y)
+    t1444 = J_6_yy * t1398
+    t1445 = J_6_yy * (c_6 * t1184 + 2.0 * (c_6 * omega_6_z))
+    t1446 = J_6_yy * t1427
+    t1447 = J_6_yy * t1430
+    t1448 = J_6_yy * t1433
+    t1449 = J_6_yy * t1436
+    t1450 = J_6_yy * t1439
+    t1451 = J_6_yy * t1442
+    t1453 = 2.0 * (J_6_yy * omega_6r_y)
     # link 6 (hand): Euler, inertial moment
-    t1469 = J_6_xx * t1413
+    t1454 = J_6_xx * t1398
     # derivative: link 6 (hand): Euler, inertial moment
-    t1470 = J_6_xx * t1415
-    t1471 = J_6_xx * (s_6 * t1199 + 2.0 * (s_6 * omega_6_z))
-    t1472 = J_6_xx * t1430
-    t1473 = J_6_xx * t1421
-    t1474 = J_6_xx * t1424
-    t1475 = J_6_xx * t1427
-    t1476 = J_6_xx * t1418
-    t1477 = J_6_xx * t1433
-    t1479 = -2.0 * (J_6_xx * omega_6r_x)
-    t1480 = t459 * (omega_6r_y * omega_6r_y - omega_6r_x * omega_6r_x)
-    t1496 = t459 * (omega_6r_y * t1294 - omega_6r_x * t1304) + M_6_6 * t1170
-    t1497 = t459 * (omega_6r_y * t1300 - omega_6r_x * t1314) + M_6_6 * t1172
-    t1498 = t459 * (omega_6r_y * t1301 - omega_6r_x * t1315) - M_6_6 * t1174
-    t1499 = t459 * (omega_6r_y * t1302 + omega_6r_x * t1316) + M_6_6 * t1176
-    t1500 = t459 * (omega_6r_y * t1303 + omega_6r_x * t1317) + M_6_6 * t1178
-    t1501 = t459 * (omega_6r_y * t1299 - omega_6r_x * t1309) - M_6_6 * t1180
+    t1455 = J_6_xx * t1400
+    t1456 = J_6_xx * (s_6 * t1184 + 2.0 * (s_6 * omega_6_z))
+    t1457 = J_6_xx * t1415
+    t1458 = J_6_xx * t1406
+    t1459 = J_6_xx * t1409
+    t1460 = J_6_xx * t1412
+    t1461 = J_6_xx * t1403
+    t1462 = J_6_xx * t1418
+    t1464 = -2.0 * (J_6_xx * omega_6r_x)
+    t1465 = t446 * (omega_6r_y * omega_6r_y - omega_6r_x * omega_6r_x)
+    t1481 = t446 * (omega_6r_y * t1279 - omega_6r_x * t1289) + M_6_6 * t1155
+    t1482 = t446 * (omega_6r_y * t1285 - omega_6r_x * t1299) + M_6_6 * t1157
+    t1483 = t446 * (omega_6r_y * t1286 - omega_6r_x * t1300) - M_6_6 * t1159
+    t1484 = t446 * (omega_6r_y * t1287 + omega_6r_x * t1301) + M_6_6 * t1161
+    t1485 = t446 * (omega_6r_y * t1288 + omega_6r_x * t1302) + M_6_6 * t1163
+    t1486 = t446 * (omega_6r_y * t1284 - omega_6r_x * t1294) - M_6_6 * t1165
     # derivative: link 6 (hand): moment, before its turn
-    t1524 = c_6 * t1469 - s_6 * t1458
-    t1526 = t1524 + (s_6 * t1470 - c_6 * t1459)
-    t1527 = s_6 * t1479 - c_6 * t1468
-    t1546 = s_6 * t1469 + c_6 * t1458
-    t1548 = t1546 - c_6 * t1470 - s_6 * t1459
-    t1549 = c_6 * t1471 - s_6 * t1460
-    t1550 = c_6 * t1479 + s_6 * t1468
+    t1509 = c_6 * t1454 - s_6 * t1443
+    t1511 = t1509 + (s_6 * t1455 - c_6 * t1444)
+    t1512 = s_6 * t1464 - c_6 * t1453
+    t1531 = s_6 * t1454 + c_6 * t1443
+    t1533 = t1531 - c_6 * t1455 - s_6 * t1444
+    t1534 = c_6 * t1456 - s_6 * t1445
+    t1535 = c_6 * t1464 + s_6 * t1453
     # link 5 (wrist_bend): moment from link 4
-    t1553 = t1546 + (t73 * t872 + (t426 + t69 * t1182))
+    t1538 = t1531 + (t64 * t857 + (t413 + t61 * t1167))
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1556 = t71 * t1136 - t69 * t1199 - s_6 * t1471 - c_6 * t1460
-    t1558 = t71 * (t915 - t1153) + t69 * t1195 - t73 * (c_4 * t772 - s_4 * t761)
-    t1560 = c_6 * t1461 + (s_6 * t1472 + t1558)
-    t1563 = s_6 * t1473 + (t71 * (t913 + t1158) + t69 * t1186 - t73 * t871)
-    t1564 = c_6 * t1462 + t1563
-    t1566 = t73 * (c_4 * t753 + s_4 * t852) + (t71 * (t931 - t1163) + t69 * t1189)
-    t1568 = c_6 * t1463 + (s_6 * t1474 + t1566)
-    t1570 = t73 * (c_4 * t856 + s_4 * t771) + (t71 * (t936 + t1168) - t69 * t1192)
-    t1572 = t1570 - s_6 * t1475 - c_6 * t1464
-    t1575 = t71 * t1133 - t69 * t1183 - s_6 * t1476 - c_6 * t1465
-    t1578 = c_6 * t1466 + (s_6 * t1477 + (t71 * (t916 - t1135) + t69 * t1198))
+    t1541 = t63 * t1121 - t61 * t1184 - s_6 * t1456 - c_6 * t1445
+    t1543 = t63 * (t900 - t1138) + t61 * t1180 - t64 * (c_4 * t757 - s_4 * t746)
+    t1545 = c_6 * t1446 + (s_6 * t1457 + t1543)
+    t1548 = s_6 * t1458 + (t63 * (t898 + t1143) + t61 * t1171 - t64 * t856)
+    t1549 = c_6 * t1447 + t1548
+    t1551 = t64 * (c_4 * t738 + s_4 * t837) + (t63 * (t916 - t1148) + t61 * t1174)
+    t1553 = c_6 * t1448 + (s_6 * t1459 + t1551)
+    t1555 = t64 * (c_4 * t841 + s_4 * t756) + (t63 * (t921 + t1153) - t61 * t1177)
+    t1557 = t1555 - s_6 * t1460 - c_6 * t1449
+    t1560 = t63 * t1118 - t61 * t1168 - s_6 * t1461 - c_6 * t1450
+    t1563 = c_6 * t1451 + (s_6 * t1462 + (t63 * (t901 - t1120) + t61 * t1183))
     # link 5 (wrist_bend): moment from link 4
-    t1581 = M_6_6 * (t1410 - t1137) + (t65 * (t411 + t1137) + (t461 - t71 * t1143))
+    t1566 = M_6_6 * (t1395 - t1122) + (t54 * (t398 + t1122) + (t448 - t63 * t1128))
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1582 = t459 * (s_6 * omega_6r_y + c_6 * omega_6r_x) - M_6_6 * t397
-    t1585 = t1582 + 2.0 * (t65 * t397)
-    t1587 = t71 * t1145 - t65 * (t1114 - t1178) - t1500
-    t1589 = t1497 + (t71 * t1144 - t65 * (t1116 + t1172))
-    t1591 = t71 * t1146 + t65 * (t1118 - t1174) - t1498
-    t1593 = t1499 + (t71 * t1147 + t65 * (t1120 - t1176))
-    t1595 = t71 * t1097 + t65 * (w_5_yz + t1170) - t1496
-    t1597 = t1501 + (t71 * t1148 - t65 * (t1112 - t1180))
-    t1599 = t433 * t921 + (t71 * t1060 - t73 * (s_5 * t759 + c_5 * t876))
-    t1602 = c_6 * t1472 + (t1599 - t435 * t1105) - s_6 * t1461
-    t1605 = t435 * t1099 + (t71 * t1061 + m_5_5_f_x * t872 - t433 * t918)
-    t1607 = c_6 * t1473 + t1605 - s_6 * t1462
-    t1609 = t71 * t1062 - t73 * (s_5 * t757 - c_5 * t874) - t433 * t919
-    t1612 = c_6 * t1474 + (t1609 - t435 * t1101) - s_6 * t1463
-    t1614 = t71 * t1063 + t73 * (s_5 * t858 - c_5 * t875) - t433 * t920
-    t1617 = c_6 * t1475 + (t1614 - t435 * t1103) - s_6 * t1464
-    t1619 = t71 * t1059 + t73 * (c_5 * a_4b_z - s_5 * t871) - t435 * t1097
-    t1621 = c_6 * t1476 + t1619 - s_6 * t1465
-    t1624 = c_6 * t1477 + (t71 * t1051 + t350 * t433 - t435 * t1107)
-    t1625 = t1624 - s_6 * t1466
+    t1567 = t446 * (s_6 * omega_6r_y + c_6 * omega_6r_x) - M_6_6 * t384
+    t1570 = t1567 + 2.0 * (t54 * t384)
+    t1572 = t63 * t1130 - t54 * (t1099 - t1163) - t1485
+    t1574 = t1482 + (t63 * t1129 - t54 * (t1101 + t1157))
+    t1576 = t63 * t1131 + t54 * (t1103 - t1159) - t1483
+    t1578 = t1484 + (t63 * t1132 + t54 * (t1105 - t1161))
+    t1580 = t63 * t1082 + t54 * (w_5_yz + t1155) - t1481
+    t1582 = t1486 + (t63 * t1133 - t54 * (t1097 - t1165))
+    t1584 = t420 * t906 + (t63 * t1045 - t64 * (s_5 * t744 + c_5 * t861))
+    t1587 = c_6 * t1457 + (t1584 - t422 * t1090) - s_6 * t1446
+    t1590 = t422 * t1084 + (t63 * t1046 + m_5_5_f_x * t857 - t420 * t903)
+    t1592 = c_6 * t1458 + t1590 - s_6 * t1447
+    t1594 = t63 * t1047 - t64 * (s_5 * t742 - c_5 * t859) - t420 * t904
+    t1597 = c_6 * t1459 + (t1594 - t422 * t1086) - s_6 * t1448
+    t1599 = t63 * t1048 + t64 * (s_5 * t843 - c_5 * t860) - t420 * t905
+    t1602 = c_6 * t1460 + (t1599 - t422 * t1088) - s_6 * t1449
+    t1604 = t63 * t1044 + t64 * (c_5 * a_4b_z - s_5 * t856) - t422 * t1082
+    t1606 = c_6 * t1461 + t1604 - s_6 * t1450
+    t1609 = c_6 * t1462 + (t63 * t1036 + t337 * t420 - t422 * t1092)
+    t1610 = t1609 - s_6 * t1451
     # derivative: link 5 (wrist_bend): force, before its turn
-    t1632 = s_5 * t1213
-    t1641 = t481 + s_5 * t1200
-    t1643 = t1641 + (s_5 * t1207 - c_5 * t1201)
-    t1644 = s_5 * t1212 - c_5 * t1206
-    t1651 = c_5 * t1213
-    t1658 = t479 - c_5 * t1200
-    t1660 = t1658 - c_5 * t1207 - s_5 * t1201
+    t1617 = s_5 * t1198
+    t1626 = t468 + s_5 * t1185
+    t1628 = t1626 + (s_5 * t1192 - c_5 * t1186)
+    t1629 = s_5 * t1197 - c_5 * t1191
+    t1636 = c_5 * t1198
+    t1643 = t466 - c_5 * t1185
+    t1645 = t1643 - c_5 * t1192 - s_5 * t1186
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t1677 = c_5 * t1247
-    t1683 = c_5 * t1527
-    t1684 = c_5 * t1581 - s_5 * t1553
-    t1686 = t1684 - s_5 * t1595 - c_5 * t1575
-    t1687 = s_5 * t1585 - c_5 * t1556
-    t1688 = s_5 * t1480 + c_5 * t1526
-    t1707 = s_5 * t1527
-    t1708 = s_5 * t1581 + c_5 * t1553
-    t1710 = t1708 + (c_5 * t1595 - s_5 * t1575)
-    t1714 = c_5 * t1597 + s_5 * t1578
-    t1715 = c_5 * t1585 + s_5 * t1556
-    t1716 = c_5 * t1480 - s_5 * t1526
+    t1662 = c_5 * t1232
+    t1668 = c_5 * t1512
+    t1669 = c_5 * t1566 - s_5 * t1538
+    t1671 = t1669 - s_5 * t1580 - c_5 * t1560
+    t1672 = s_5 * t1570 - c_5 * t1541
+    t1673 = s_5 * t1465 + c_5 * t1511
+    t1692 = s_5 * t1512
+    t1693 = s_5 * t1566 + c_5 * t1538
+    t1695 = t1693 + (c_5 * t1580 - s_5 * t1560)
+    t1699 = c_5 * t1582 + s_5 * t1563
+    t1700 = c_5 * t1570 + s_5 * t1541
+    t1701 = c_5 * t1465 - s_5 * t1511
     # link 4 (wrist_roll): force from link 3
-    t1717 = J_4_y1 * t923 + t1658
+    t1702 = J_4_y1 * t908 + t1643
     # derivative: link 4 (wrist_roll): force from link 3
-    t1719 = c_5 * t1202 + (J_4_y1 * t895 - s_5 * t1208)
-    t1721 = J_4_y1 * t926 - s_5 * t1209 - c_5 * t1203
-    t1723 = c_5 * t1204 + (J_4_y1 * t924 + s_5 * t1210)
-    t1725 = c_5 * t1205 + (J_4_y1 * t925 - s_5 * t1211)
+    t1704 = c_5 * t1187 + (J_4_y1 * t880 - s_5 * t1193)
+    t1706 = J_4_y1 * t911 - s_5 * t1194 - c_5 * t1188
+    t1708 = c_5 * t1189 + (J_4_y1 * t909 + s_5 * t1195)
+    t1710 = c_5 * t1190 + (J_4_y1 * t910 - s_5 * t1196)
     # link 4 (wrist_roll): force from link 3
-    t1726 = t381 + t73 * t1182
+    t1711 = t368 + t64 * t1167
     # derivative: link 4 (wrist_roll): force from link 3
-    t1727 = J_4_y1 * t913 + t73 * t1186
-    t1728 = J_4_y1 * t931 + t73 * t1189
-    t1729 = J_4_y1 * t936 - t73 * t1192
-    t1730 = J_4_y1 * t915 + t73 * t1195
-    t1731 = J_4_y1 * t916 + t73 * t1198
+    t1712 = J_4_y1 * t898 + t64 * t1171
+    t1713 = J_4_y1 * t916 + t64 * t1174
+    t1714 = J_4_y1 * t921 - t64 * t1177
+    t1715 = J_4_y1 * t900 + t64 * t1180
+    t1716 = J_4_y1 * t901 + t64 * t1183
     # link 4 (wrist_roll): force from link 3
-    t1732 = t1641 - J_4_y1 * t942
+    t1717 = t1626 - J_4_y1 * t927
     # derivative: link 4 (wrist_roll): force from link 3
-    t1734 = s_5 * t1202 + (J_4_y1 * t947 + c_5 * t1208)
-    t1736 = s_5 * t1203 + (J_4_y1 * t950 - c_5 * t1209)
-    t1738 = s_5 * t1204 + (J_4_y1 * t953 - c_5 * t1210)
-    t1740 = J_4_y1 * t945 - c_5 * t1211 - s_5 * t1205
-    t1742 = J_4_y1 * t954 - c_5 * t1212 - s_5 * t1206
+    t1719 = s_5 * t1187 + (J_4_y1 * t932 + c_5 * t1193)
+    t1721 = s_5 * t1188 + (J_4_y1 * t935 - c_5 * t1194)
+    t1723 = s_5 * t1189 + (J_4_y1 * t938 - c_5 * t1195)
+    t1725 = J_4_y1 * t930 - c_5 * t1196 - s_5 * t1190
+    t1727 = J_4_y1 * t939 - c_5 * t1197 - s_5 * t1191
     # link 4 (wrist_roll): moment from link 3
-    t1745 = t1708 + (J_4_yy * t942 + (t384 + J_4_y1 * a_4b_z))
+    t1730 = t1693 + (J_4_yy * t927 + (t371 + J_4_y1 * a_4b_z))
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1748 = t95 * t913 - J_4_yy * t947 - s_5 * t1589 - c_5 * t1564
-    t1750 = t95 * (t722 - t936) - J_4_y1 * t858 - J_4_yy * t953
-    t1752 = c_5 * t1572 + (t1750 - s_5 * t1593)
-    t1753 = J_4_y1 * t312 - c_5 * t1245
-    t1755 = J_4_yy * t950 + (t95 * (t721 - t931) - J_4_y1 * t757)
-    t1757 = c_5 * t1568 + (s_5 * t1591 + t1755)
-    t1759 = J_4_yy * t945 + (t95 * (t329 - t915) - J_4_y1 * t759)
-    t1761 = c_5 * t1560 + (t1759 - s_5 * t1587)
-    t1764 = s_5 * t1597 + (t95 * t916 - J_4_yy * t954) - c_5 * t1578
+    t1733 = t79 * t898 - J_4_yy * t932 - s_5 * t1574 - c_5 * t1549
+    t1735 = t79 * (t707 - t921) - J_4_y1 * t843 - J_4_yy * t938
+    t1737 = c_5 * t1557 + (t1735 - s_5 * t1578)
+    t1738 = J_4_y1 * t299 - c_5 * t1230
+    t1740 = J_4_yy * t935 + (t79 * (t706 - t916) - J_4_y1 * t742)
+    t1742 = c_5 * t1553 + (s_5 * t1576 + t1740)
+    t1744 = J_4_yy * t930 + (t79 * (t316 - t900) - J_4_y1 * t744)
+    t1746 = c_5 * t1545 + (t1744 - s_5 * t1572)
+    t1749 = s_5 * t1582 + (t79 * t901 - J_4_yy * t939) - c_5 * t1563
     # link 4 (wrist_roll): moment from link 3
-    t1767 = t95 * t923 + (t436 + J_4_xx * (t369 + t917)) - t71 * t1058
-    t1769 = t1767 - t73 * (s_5 * a_4b_z + c_5 * t871) - t433 * t1142
-    t1770 = t1769 - t1524
+    t1752 = t79 * t908 + (t423 + J_4_xx * (t356 + t902)) - t63 * t1043
+    t1754 = t1752 - t64 * (s_5 * a_4b_z + c_5 * t856) - t420 * t1127
+    t1755 = t1754 - t1509
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1772 = t1607 + (J_4_xx * (w_4_yz + t918) - t95 * t895)
-    t1774 = J_4_xx * (t902 + t921) - t95 * t925 - t1602
-    t1776 = J_4_xx * (t904 - t919) - t95 * t926 - t1612
-    t1778 = t1617 + (J_4_xx * (t906 + t920) - t95 * t924)
-    t1781 = t1625 - 2.0 * (J_4_xx * t350)
+    t1757 = t1592 + (J_4_xx * (w_4_yz + t903) - t79 * t880)
+    t1759 = J_4_xx * (t887 + t906) - t79 * t910 - t1587
+    t1761 = J_4_xx * (t889 - t904) - t79 * t911 - t1597
+    t1763 = t1602 + (J_4_xx * (t891 + t905) - t79 * t909)
+    t1766 = t1610 - 2.0 * (J_4_xx * t337)
     # link 4 (wrist_roll): force, before its turn
-    t1800 = s_4 * t1717 + c_4 * t1726
+    t1785 = s_4 * t1702 + c_4 * t1711
     # derivative: link 4 (wrist_roll): force, before its turn
-    t1820 = c_4 * t1717 - s_4 * t1726
-    t1822 = t1820 + (s_4 * t1719 + c_4 * t1727)
-    t1823 = s_4 * t1721 - c_4 * t1728
-    t1824 = s_4 * t1723 - c_4 * t1729
-    t1825 = s_4 * t1725 - c_4 * t1730
-    t1826 = s_4 * t1644 + c_4 * t1731
-    t1827 = s_4 * t1643 + c_4 * t1215
-    t1828 = s_4 * t1632 + c_4 * t1221
+    t1805 = c_4 * t1702 - s_4 * t1711
+    t1807 = t1805 + (s_4 * t1704 + c_4 * t1712)
+    t1808 = s_4 * t1706 - c_4 * t1713
+    t1809 = s_4 * t1708 - c_4 * t1714
+    t1810 = s_4 * t1710 - c_4 * t1715
+    t1811 = s_4 * t1629 + c_4 * t1716
+    t1812 = s_4 * t1628 + c_4 * t1200
+    t1813 = s_4 * t1617 + c_4 * t1206
     # link 3 (boom): force from link 2
-    t1897 = t787 + (t338 + J_3_11 * t764) - t1820
+    t1882 = t772 + (t325 + J_3_11 * t749) - t1805
     # derivative: link 3 (boom): force from link 2
-    t1900 = c_4 * t1721 + (J_3_11 * t768 - J_3_x1 * t781 - t114 * t732)
-    t1904 = s_4 * t1729 + (c_4 * t1723 + (J_3_11 * t771 - t114 * t734))
-    t1907 = s_4 * t1730 + (c_4 * t1725 + (J_3_11 * t761 - t114 * t730))
+    t1885 = c_4 * t1706 + (J_3_11 * t753 - J_3_x1 * t766 - t98 * t717)
+    t1889 = s_4 * t1714 + (c_4 * t1708 + (J_3_11 * t756 - t98 * t719))
+    t1892 = s_4 * t1715 + (c_4 * t1710 + (J_3_11 * t746 - t98 * t715))
     # link 3 (boom): force from link 2
-    t1910 = t791 + t794 - J_3_11 * t774 - t1800
+    t1895 = t776 + t779 - J_3_11 * t759 - t1785
     # derivative: link 3 (boom): force from link 2
-    t1912 = t1823 + (t114 * t717 - J_3_11 * t753)
-    t1915 = J_3_11 * t756 + (t114 * t718 + t795) - t1824
-    t1916 = J_3_11 * t772 + t1825
-    t1921 = t1740 + (t804 - J_3_11 * t759)
-    t1923 = t1736 + (t114 * t721 - J_3_11 * t757)
-    t1926 = t794 + t114 * t722 - J_3_11 * t778 - t1738
+    t1897 = t1808 + (t98 * t702 - J_3_11 * t738)
+    t1900 = J_3_11 * t741 + (t98 * t703 + t780) - t1809
+    t1901 = J_3_11 * t757 + t1810
+    t1906 = t1725 + (t789 - J_3_11 * t744)
+    t1908 = t1721 + (t98 * t706 - J_3_11 * t742)
+    t1911 = t779 + t98 * t707 - J_3_11 * t763 - t1723
     # derivative: link 3 (boom): moment, in frame 2
-    t1940 = t1897 + (c_4 * t1274 + (t787 + J_3_x1 * t312 - s_4 * t1753))
-    t1944 = t114 * t324 + s_4 * t1677 - c_4 * t1276 - t258 * t324
-    t1947 = c_4 * t1745 - s_4 * t1748 - s_4 * t1770 - c_4 * t1772
-    t1949 = q_3 * (t1800 + (s_4 * t1727 - c_4 * t1719)) + (t1947 - p_boom_dh_a * t1734)
-    t1952 = s_4 * t1686 - c_4 * t1621 - p_boom_dh_a * t1660 - q_3 * (c_4 * t1643 - s_4 * t1215)
-    t1955 = q_3 * (c_4 * t1644 - s_4 * t1731) + (p_boom_dh_a * t1742 + (s_4 * t1764 + c_4 * t1781))
-    t1958 = p_boom_dh_a * t1651 + (s_4 * t1687 - c_4 * t1549) - q_3 * (c_4 * t1632 - s_4 * t1221)
+    t1925 = t1882 + (c_4 * t1259 + (t772 + J_3_x1 * t299 - s_4 * t1738))
+    t1929 = t98 * t311 + s_4 * t1662 - c_4 * t1261 - t245 * t311
+    t1932 = c_4 * t1730 - s_4 * t1733 - s_4 * t1755 - c_4 * t1757
+    t1934 = q_3 * (t1785 + (s_4 * t1712 - c_4 * t1704)) + (t1932 - p_boom_dh_a * t1719)
+    t1937 = s_4 * t1671 - c_4 * t1606 - p_boom_dh_a * t1645 - q_3 * (c_4 * t1628 - s_4 * t1200)
+    t1940 = q_3 * (c_4 * t1629 - s_4 * t1716) + (p_boom_dh_a * t1727 + (s_4 * t1749 + c_4 * t1766))
+    t1943 = p_boom_dh_a * t1636 + (s_4 * t1672 - c_4 * t1534) - q_3 * (c_4 * t1617 - s_4 * t1206)
     # link 2 (shoulder_tilt): moment from link 1
-    t1968 = s_4 * t1745 + c_4 * t1770
-    t1972 = p_boom_dh_a * t1732 + (t317 + t128 * t729 - t114 * t764 - J_3_x1 * t776)
+    t1953 = s_4 * t1730 + c_4 * t1755
+    t1957 = p_boom_dh_a * t1717 + (t304 - t113 * t714 - t98 * t749 - J_3_x1 * t761)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1977 = t114 * t768 + (t128 * t732 - t109 * (t708 - t721)) - J_3_x1 * t757
-    t1980 = p_boom_dh_a * t1736 + (t1977 - s_4 * t1757 - c_4 * t1776)
-    t1984 = t114 * t771 + (t128 * t734 + t109 * t722) - J_3_x1 * t778
-    t1987 = t1984 - s_4 * t1752 - c_4 * t1778 - p_boom_dh_a * t1738
-    t1991 = t114 * t761 + (t128 * t730 + t109 * t329) - J_3_x1 * t759
-    t1994 = p_boom_dh_a * t1740 + (t1991 - s_4 * t1761 - c_4 * t1774)
+    t1962 = J_3_x1 * t742 + (t113 * t717 + t93 * (t693 - t706) - t98 * t753)
+    t1965 = c_4 * t1761 + (s_4 * t1742 + t1962) - p_boom_dh_a * t1721
+    t1969 = J_3_x1 * t763 + (t113 * t719 - t93 * t707 - t98 * t756)
+    t1972 = p_boom_dh_a * t1723 + (c_4 * t1763 + (s_4 * t1737 + t1969))
+    t1976 = J_3_x1 * t744 + (t113 * t715 - t93 * t316 - t98 * t746)
+    t1979 = c_4 * t1759 + (s_4 * t1746 + t1976) - p_boom_dh_a * t1725
     # link 2 (shoulder_tilt): moment from link 1
-    t1998 = J_3_x1 * t774 + (t393 + J_2_xx * (t308 + alpha_2_y) - t109 * U_2_xy)
-    t2001 = t95 * t841 + (t1998 - t389 * alpha_4_z) - J_4_y1 * t871
+    t1983 = J_3_x1 * t759 + (t380 + J_2_xx * (t295 + alpha_2_y) - t93 * U_2_xy)
+    t1986 = t79 * t826 + (t1983 - t376 * alpha_4_z) - J_4_y1 * t856
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t2004 = t1022 + (c_5 * t1593 + s_5 * t1572)
-    t2006 = J_3_x1 * t756 + (J_2_xx * (t309 + t726) + t109 * t718)
-    t2009 = J_4_y1 * t841 - s_5 * t1245
-    t2012 = t1025 - (c_5 * t1591 - s_5 * t1568)
-    t2014 = p_boom_dh_a * t1823 + (t109 * t717 - J_3_x1 * t753)
-    t2018 = J_4_y1 * t873 - s_5 * t1247
-    t2020 = t1028 + (c_5 * t1587 + s_5 * t1560)
-    t2022 = p_boom_dh_a * t1825 + (J_2_xx * t324 + J_3_x1 * t772)
-    t2026 = t95 * t842 + t392 * t895 - J_4_y1 * t872 - c_5 * t1589
-    t2027 = s_5 * t1564 + t2026
+    t1989 = t1007 + (c_5 * t1578 + s_5 * t1557)
+    t1991 = J_3_x1 * t741 + (J_2_xx * (t296 + t711) + t93 * t703)
+    t1994 = J_4_y1 * t826 - s_5 * t1230
+    t1997 = t1010 - (c_5 * t1576 - s_5 * t1553)
+    t2001 = p_boom_dh_a * t1808 + (t93 * t702 - J_3_x1 * t738) - 2.0 * (s_2 * t518)
+    t2003 = J_4_y1 * t858 - s_5 * t1232
+    t2005 = t1013 + (c_5 * t1572 + s_5 * t1545)
+    t2007 = p_boom_dh_a * t1810 + (J_2_xx * t311 + J_3_x1 * t757)
+    t2011 = t79 * t827 + t379 * t880 - J_4_y1 * t857 - c_5 * t1574
+    t2012 = s_5 * t1549 + t2011
     # derivative: link 2 (shoulder_tilt): force, before its turn
-    t2051 = s_2 * t1910 + c_2 * t1915 - c_2 * (J_3_11 * t776 + (t342 + t795) - t1732)
+    t2036 = s_2 * t1895 + c_2 * t1900 - c_2 * (J_3_11 * t761 + (t329 + t780) - t1717)
     # solve: L D L^T
-    t2101 = t2004 + (t561 * t1617 - t550 * t1499)
-    t2106 = t585 * t2101 + (t1926 + t560 * t1617)
-    t2111 = c_4 * t1752 + (t319 * t718 - t109 * U_2r_y - t114 * t756)
-    t2114 = t549 * t1499 + (q_3 * t1915 + (t2111 - s_4 * t1778))
-    t2117 = t559 * t1617 + t2114 - t584 * t2101 - t602 * t2106
-    t2119 = s_2 * (p_boom_dh_a * t1800 + t2001 - t1684) - c_2 * (t2004 + (t2006 - p_boom_dh_a * t1824))
-    t2121 = s_2 * (t1987 - q_3 * t1904) + (t2119 - c_2 * (t1968 + (q_3 * t1897 + t1972)))
-    t2122 = p_shoulder_tilt_dh_d * (t2051 - s_2 * t1926) + t2121
-    t2125 = t583 * t2101 + (t2122 - t548 * t1499 - t558 * t1617)
-    t2128 = t681 * (t619 * t2117 + (t2125 - t601 * t2106))
-    t2136 = t618 * t2117 + t619 * t2128
-    t2138 = t602 * t2136
-    t2139 = t600 * t2106 - t601 * t2128
-    t2140 = t2139 - t2138
-    t2147 = t585 * t2140 + (t582 * t2101 + t583 * t2128 - t584 * t2136)
-    t2154 = t558 * t2128 - t557 * t1617 - t559 * t2136 - t560 * t2140
-    t2161 = t549 * t2136 + (t547 * t1499 - t548 * t2128) - t550 * t2147
-    t2166 = t2009 - t561 * t1274
-    t2171 = t585 * t2166 + (t807 - t560 * t1274)
-    t2177 = t1910 + (s_4 * t1274 + (t791 + c_4 * t1753)) - q_3 * t798
-    t2180 = t2177 - t559 * t1274 - t584 * t2166 - t602 * t2171
-    t2182 = c_2 * (J_3_x1 * U_2_xy - t2009) + s_2 * (t1940 - t258 * t729)
-    t2183 = t2182 - p_shoulder_tilt_dh_d * (c_2 * t798 + s_2 * t807)
-    t2186 = t583 * t2166 + (t558 * t1274 + t2183) - t601 * t2171
-    t2188 = t681 * (t619 * t2180 + t2186)
-    t2194 = t618 * t2180 + t619 * t2188
-    t2199 = t600 * t2171 - t601 * t2188 - t602 * t2194
-    t2205 = t585 * t2199 + (t582 * t2166 + t583 * t2188 - t584 * t2194)
-    t2213 = t560 * t2199 + (t559 * t2194 - t557 * t1274 - t558 * t2188)
-    t2228 = t2027 + t550 * t1497 - t561 * t1607
-    t2233 = t585 * t2228 + (t1734 - t560 * t1607)
-    t2238 = t549 * t1497 + (c_4 * t1748 - s_4 * t1772 - q_3 * t1822)
-    t2241 = t602 * t2233 + (t584 * t2228 + (t559 * t1607 + t2238))
-    t2242 = t1968 + t2241
-    t2245 = c_2 * (p_boom_dh_a * t1822 + t2027) + s_2 * t1949 - p_shoulder_tilt_dh_d * (c_2 * t1822 - s_2 * t1734)
-    t2249 = t601 * t2233 + (t2245 - t548 * t1497 - t558 * t1607 - t583 * t2228)
-    t2251 = t681 * (t619 * t2242 + t2249)
-    t2258 = t618 * t2242 + t619 * t2251
-    t2263 = t602 * t2258 + (t600 * t2233 + t601 * t2251)
-    t2270 = t585 * t2263 + (t584 * t2258 + (t582 * t2228 - t583 * t2251))
-    t2277 = t559 * t2258 + (t557 * t1607 - t558 * t2251) - t560 * t2263
-    t2284 = t548 * t2251 - t547 * t1497 - t549 * t2258 - t550 * t2270
-    t2293 = t1710 + t550 * t1496 - t561 * t1621
-    t2298 = t585 * t2293 + (t1660 - t560 * t1621)
-    t2303 = q_3 * t1827 + (c_4 * t1686 + s_4 * t1621) - t549 * t1496
-    t2306 = t2303 - t559 * t1621 - t584 * t2293 - t602 * t2298
-    t2309 = c_2 * (t1710 + p_boom_dh_a * t1827) + s_2 * t1952 - p_shoulder_tilt_dh_d * (c_2 * t1827 - s_2 * t1660)
-    t2313 = t601 * t2298 + (t2309 - t548 * t1496 - t558 * t1621 - t583 * t2293)
-    t2315 = t681 * (t2313 - t619 * t2306)
-    t2322 = t618 * t2306 - t619 * t2315
-    t2324 = t602 * t2322
-    t2325 = t600 * t2298 + t601 * t2315
-    t2326 = t2325 - t2324
-    t2333 = t585 * t2326 + (t582 * t2293 - t583 * t2315 - t584 * t2322)
-    t2340 = t557 * t1621 - t558 * t2315 - t559 * t2322 - t560 * t2326
-    t2347 = t549 * t2322 + (t548 * t2315 - t547 * t1496) - t550 * t2333
-    t2356 = t1716 - t550 * t1480 - t561 * t1548
-    t2360 = t560 * t1548 - t585 * t2356
-    t2365 = t559 * t1548 + (c_4 * t1688 - s_4 * t1548 - t549 * t1480)
-    t2367 = t584 * t2356 + t2365 - t602 * t2360
-    t2370 = t548 * t1480 + (c_2 * t1716 - s_2 * (s_4 * t1688 + c_4 * t1548))
-    t2374 = t619 * t2367 + (t2370 - t558 * t1548 - t583 * t2356 - t601 * t2360)
-    t2375 = t681 * t2374
-    t2383 = t618 * t2367 + t619 * t2375
-    t2387 = t602 * t2383 - (t600 * t2360 - t601 * t2375)
-    t2393 = t585 * t2387 + (t584 * t2383 + (t582 * t2356 - t583 * t2375))
-    t2401 = t560 * t2387 + (t558 * t2375 - t557 * t1548 - t559 * t2383)
-    t2408 = t550 * t2393 + (t549 * t2383 - t547 * t1480 - t548 * t2375)
-    t2417 = t2012 - t550 * t1498 - t561 * t1612
-    t2422 = t585 * t2417 + (t1923 - t560 * t1612)
-    t2427 = s_4 * t1776 + (t319 * t717 + t114 * t753 - c_4 * t1757)
-    t2430 = t559 * t1612 + (q_3 * t1912 + t2427 - t549 * t1498)
-    t2432 = t602 * t2422 + (t584 * t2417 + t2430)
-    t2434 = c_2 * (t2014 - 2.0 * (s_2 * t531) - t2012) + s_2 * (t1980 - q_3 * (s_4 * t1728 + t1900))
-    t2435 = t2434 - p_shoulder_tilt_dh_d * (c_2 * t1912 + s_2 * t1923)
-    t2438 = t583 * t2417 + (t558 * t1612 + (t2435 - t548 * t1498))
-    t2441 = t681 * (t2438 - t601 * t2422 - t619 * t2432)
-    t2443 = t618 * t2432
-    t2448 = t619 * t2441
-    t2449 = t2443 - t2448
-    t2454 = t602 * t2449 + (t600 * t2422 - t601 * t2441)
-    t2461 = t585 * t2454 + (t584 * t2449 + (t582 * t2417 + t583 * t2441))
-    t2468 = t559 * t2449 + (t557 * t1612 + t558 * t2441) - t560 * t2454
-    t2475 = t547 * t1498 - t548 * t2441 - t549 * t2449 - t550 * t2461
-    t2484 = t2020 + (t550 * t1500 - t561 * t1602)
-    t2489 = t585 * t2484 + (t1921 - t560 * t1602)
-    t2494 = t114 * t772 + c_4 * t1761 - s_4 * t1774 - q_3 * t1916
-    t2498 = t2494 - t549 * t1500 - t559 * t1602 - t584 * t2484 - t602 * t2489
-    t2500 = c_2 * (t2022 - t2020) + s_2 * (t1994 - q_3 * t1907)
-    t2501 = t2500 - p_shoulder_tilt_dh_d * (c_2 * t1916 + s_2 * t1921)
-    t2504 = t583 * t2484 + (t558 * t1602 + (t548 * t1500 + t2501))
-    t2507 = t681 * (t619 * t2498 + (t2504 - t601 * t2489))
-    t2515 = t618 * t2498 + t619 * t2507
-    t2517 = t602 * t2515
-    t2518 = t600 * t2489 - t601 * t2507
-    t2519 = t2518 - t2517
-    t2526 = t585 * t2519 + (t582 * t2484 + t583 * t2507 - t584 * t2515)
-    t2533 = t557 * t1602 + t558 * t2507 - t559 * t2515 - t560 * t2519
-    t2540 = t549 * t2515 - t547 * t1500 - t548 * t2507 - t550 * t2526
-    t2545 = t2018 + t561 * t1276
-    t2549 = t560 * t1276 + t585 * t2545
-    t2555 = t559 * t1276 + (t804 - c_4 * t1677 - s_4 * t1276 - q_3 * t800)
-    t2557 = t2555 - t584 * t2545 - t602 * t2549
-    t2560 = c_2 * (J_3_x1 * t329 - t2018) + s_2 * t1944 - t230 * t800
-    t2563 = t583 * t2545 + (t2560 - t558 * t1276) - t601 * t2549
-    t2565 = t681 * (t619 * t2557 + t2563)
-    t2572 = t618 * t2557 + t619 * t2565
-    t2576 = t602 * t2572 - (t600 * t2549 - t601 * t2565)
-    t2582 = t582 * t2545 + t583 * t2565 - t584 * t2572 - t585 * t2576
-    t2589 = t560 * t2576 + (t558 * t2565 - t557 * t1276 - t559 * t2572)
-    t2604 = t1714 - t550 * t1501 - t561 * t1625
-    t2609 = t585 * t2604 + (t1742 - t560 * t1625)
-    t2614 = c_4 * t1764 - s_4 * t1781 - q_3 * t1826 - t549 * t1501
-    t2617 = t602 * t2609 + (t584 * t2604 + (t559 * t1625 + t2614))
-    t2620 = c_2 * (t1714 + p_boom_dh_a * t1826) - s_2 * t1955 - p_shoulder_tilt_dh_d * (c_2 * t1826 - s_2 * t1742)
-    t2624 = t601 * t2609 + (t548 * t1501 + t2620 - t558 * t1625 - t583 * t2604)
-    t2626 = t681 * (t619 * t2617 + t2624)
-    t2633 = t618 * t2617 + t619 * t2626
-    t2638 = t602 * t2633 + (t600 * t2609 + t601 * t2626)
-    t2645 = t585 * t2638 + (t584 * t2633 + (t582 * t2604 - t583 * t2626))
-    t2652 = t559 * t2633 + (t557 * t1625 - t558 * t2626) - t560 * t2638
-    t2659 = t547 * t1501 + t548 * t2626 - t549 * t2633 - t550 * t2645
-    t2668 = t561 * t1549 + (t1715 - t550 * t1582)
-    t2673 = t585 * t2668 + (t1651 + t560 * t1549)
-    t2678 = q_3 * t1828 + (c_4 * t1687 + s_4 * t1549) - t549 * t1582
-    t2681 = t602 * t2673 + (t584 * t2668 + (t2678 - t559 * t1549))
-    t2684 = p_shoulder_tilt_dh_d * (c_2 * t1828 + s_2 * t1651) + (c_2 * (t1715 - p_boom_dh_a * t1828) - s_2 * t1958)
-    t2687 = t558 * t1549 + (t548 * t1582 + t2684) - t583 * t2668
-    t2690 = t681 * (t619 * t2681 + (t601 * t2673 + t2687))
-    t2698 = t618 * t2681 + t619 * t2690
-    t2702 = t602 * t2698 + (t600 * t2673 + t601 * t2690)
-    t2708 = t585 * t2702 + (t584 * t2698 + (t582 * t2668 - t583 * t2690))
-    t2716 = t560 * t2702 + (t557 * t1549 + t558 * t2690 - t559 * t2698)
-    t2723 = t550 * t2708 + (t549 * t2698 - t547 * t1582 - t548 * t2690)
-    t2728 = t1707 - t561 * t1550
-    t2732 = t560 * t1550 - t585 * t2728
-    t2737 = c_4 * t1683 + s_4 * t1550 - t559 * t1550 - t584 * t2728
-    t2738 = t602 * t2732 + t2737
-    t2741 = c_2 * t1707 + s_2 * (s_4 * t1683 - c_4 * t1550) - t558 * t1550
-    t2745 = t681 * (t2741 - t583 * t2728 - t601 * t2732 - t619 * t2738)
-    t2747 = t618 * t2738
-    t2751 = t619 * t2745
-    t2752 = t2747 - t2751
-    t2757 = t602 * t2752 + (t600 * t2732 - t601 * t2745)
-    t2761 = t585 * t2757
-    t2763 = t582 * t2728 - t583 * t2745 - t584 * t2752
-    t2764 = t2763 - t2761
-    t2772 = t559 * t2752 + (t558 * t2745 - t557 * t1550) - t560 * t2757
+    t2086 = t1989 + (t548 * t1602 - t537 * t1484)
+    t2091 = t572 * t2086 + (t1911 + t547 * t1602)
+    t2096 = c_4 * t1737 + (t306 * t703 - t93 * U_2r_y - t98 * t741)
+    t2099 = t536 * t1484 + (q_3 * t1900 + (t2096 - s_4 * t1763))
+    t2102 = t546 * t1602 + t2099 - t571 * t2086 - t589 * t2091
+    t2104 = s_2 * (p_boom_dh_a * t1785 + t1986 - t1669) - c_2 * (t1989 + (t1991 - p_boom_dh_a * t1809))
+    t2106 = t2104 - c_2 * (t1953 + (q_3 * t1882 + t1957)) - s_2 * (q_3 * t1889 + t1972)
+    t2107 = p_shoulder_tilt_dh_d * (t2036 - s_2 * t1911) + t2106
+    t2110 = t570 * t2086 + (t2107 - t535 * t1484 - t545 * t1602)
+    t2113 = t666 * (t606 * t2102 + (t2110 - t588 * t2091))
+    t2121 = t605 * t2102 + t606 * t2113
+    t2123 = t589 * t2121
+    t2124 = t587 * t2091 - t588 * t2113
+    t2125 = t2124 - t2123
+    t2132 = t572 * t2125 + (t569 * t2086 + t570 * t2113 - t571 * t2121)
+    t2139 = t545 * t2113 - t544 * t1602 - t546 * t2121 - t547 * t2125
+    t2146 = t536 * t2121 + (t534 * t1484 - t535 * t2113) - t537 * t2132
+    t2151 = t1994 - t548 * t1259
+    t2156 = t572 * t2151 + (t792 - t547 * t1259)
+    t2162 = t1895 + (s_4 * t1259 + (t776 + c_4 * t1738)) - q_3 * t783
+    t2165 = t2162 - t546 * t1259 - t571 * t2151 - t589 * t2156
+    t2167 = c_2 * (J_3_x1 * U_2_xy - t1994) + s_2 * (t1925 - t245 * t714)
+    t2168 = t2167 - p_shoulder_tilt_dh_d * (c_2 * t783 + s_2 * t792)
+    t2171 = t570 * t2151 + (t545 * t1259 + t2168) - t588 * t2156
+    t2173 = t666 * (t606 * t2165 + t2171)
+    t2179 = t605 * t2165 + t606 * t2173
+    t2184 = t587 * t2156 - t588 * t2173 - t589 * t2179
+    t2190 = t572 * t2184 + (t569 * t2151 + t570 * t2173 - t571 * t2179)
+    t2198 = t547 * t2184 + (t546 * t2179 - t544 * t1259 - t545 * t2173)
+    t2213 = t2012 + t537 * t1482 - t548 * t1592
+    t2218 = t572 * t2213 + (t1719 - t547 * t1592)
+    t2223 = t536 * t1482 + (c_4 * t1733 - s_4 * t1757 - q_3 * t1807)
+    t2226 = t589 * t2218 + (t571 * t2213 + (t546 * t1592 + t2223))
+    t2227 = t1953 + t2226
+    t2230 = c_2 * (p_boom_dh_a * t1807 + t2012) + s_2 * t1934 - p_shoulder_tilt_dh_d * (c_2 * t1807 - s_2 * t1719)
+    t2234 = t588 * t2218 + (t2230 - t535 * t1482 - t545 * t1592 - t570 * t2213)
+    t2236 = t666 * (t606 * t2227 + t2234)
+    t2243 = t605 * t2227 + t606 * t2236
+    t2248 = t589 * t2243 + (t587 * t2218 + t588 * t2236)
+    t2255 = t572 * t2248 + (t571 * t2243 + (t569 * t2213 - t570 * t2236))
+    t2262 = t546 * t2243 + (t544 * t1592 - t545 * t2236) - t547 * t2248
+    t2269 = t535 * t2236 - t534 * t1482 - t536 * t2243 - t537 * t2255
+    t2278 = t1695 + t537 * t1481 - t548 * t1606
+    t2283 = t572 * t2278 + (t1645 - t547 * t1606)
+    t2288 = q_3 * t1812 + (c_4 * t1671 + s_4 * t1606) - t536 * t1481
+    t2291 = t2288 - t546 * t1606 - t571 * t2278 - t589 * t2283
+    t2294 = c_2 * (t1695 + p_boom_dh_a * t1812) + s_2 * t1937 - p_shoulder_tilt_dh_d * (c_2 * t1812 - s_2 * t1645)
+    t2298 = t588 * t2283 + (t2294 - t535 * t1481 - t545 * t1606 - t570 * t2278)
+    t2300 = t666 * (t2298 - t606 * t2291)
+    t2307 = t605 * t2291 - t606 * t2300
+    t2309 = t589 * t2307
+    t2310 = t587 * t2283 + t588 * t2300
+    t2311 = t2310 - t2309
+    t2318 = t572 * t2311 + (t569 * t2278 - t570 * t2300 - t571 * t2307)
+    t2325 = t544 * t1606 - t545 * t2300 - t546 * t2307 - t547 * t2311
+    t2332 = t536 * t2307 + (t535 * t2300 - t534 * t1481) - t537 * t2318
+    t2341 = t1701 - t537 * t1465 - t548 * t1533
+    t2345 = t547 * t1533 - t572 * t2341
+    t2350 = t546 * t1533 + (c_4 * t1673 - s_4 * t1533 - t536 * t1465)
+    t2352 = t571 * t2341 + t2350 - t589 * t2345
+    t2355 = t535 * t1465 + (c_2 * t1701 - s_2 * (s_4 * t1673 + c_4 * t1533))
+    t2359 = t606 * t2352 + (t2355 - t545 * t1533 - t570 * t2341 - t588 * t2345)
+    t2360 = t666 * t2359
+    t2368 = t605 * t2352 + t606 * t2360
+    t2372 = t589 * t2368 - (t587 * t2345 - t588 * t2360)
+    t2378 = t572 * t2372 + (t571 * t2368 + (t569 * t2341 - t570 * t2360))
+    t2386 = t547 * t2372 + (t545 * t2360 - t544 * t1533 - t546 * t2368)
+    t2393 = t537 * t2378 + (t536 * t2368 - t534 * t1465 - t535 * t2360)
+    t2402 = t1997 - t537 * t1483 - t548 * t1597
+    t2407 = t572 * t2402 + (t1908 - t547 * t1597)
+    t2412 = s_4 * t1761 + (t306 * t702 + t98 * t738 - c_4 * t1742)
+    t2415 = t546 * t1597 + (q_3 * t1897 + t2412 - t536 * t1483)
+    t2417 = t589 * t2407 + (t571 * t2402 + t2415)
+    t2419 = c_2 * (t2001 - t1997) - s_2 * (q_3 * (s_4 * t1713 + t1885) + t1965)
+    t2420 = t2419 - p_shoulder_tilt_dh_d * (c_2 * t1897 + s_2 * t1908)
+    t2423 = t570 * t2402 + (t545 * t1597 + (t2420 - t535 * t1483))
+    t2426 = t666 * (t2423 - t588 * t2407 - t606 * t2417)
+    t2428 = t605 * t2417
+    t2433 = t606 * t2426
+    t2434 = t2428 - t2433
+    t2439 = t589 * t2434 + (t587 * t2407 - t588 * t2426)
+    t2446 = t572 * t2439 + (t571 * t2434 + (t569 * t2402 + t570 * t2426))
+    t2453 = t546 * t2434 + (t544 * t1597 + t545 * t2426) - t547 * t2439
+    t2460 = t534 * t1483 - t535 * t2426 - t536 * t2434 - t537 * t2446
+    t2469 = t2005 + (t537 * t1485 - t548 * t1587)
+    t2474 = t572 * t2469 + (t1906 - t547 * t1587)
+    t2479 = t98 * t757 + c_4 * t1746 - s_4 * t1759 - q_3 * t1901
+    t2483 = t2479 - t536 * t1485 - t546 * t1587 - t571 * t2469 - t589 * t2474
+    t2485 = c_2 * (t2007 - t2005) - s_2 * (q_3 * t1892 + t1979)
+    t2486 = t2485 - p_shoulder_tilt_dh_d * (c_2 * t1901 + s_2 * t1906)
+    t2489 = t570 * t2469 + (t545 * t1587 + (t535 * t1485 + t2486))
+    t2492 = t666 * (t606 * t2483 + (t2489 - t588 * t2474))
+    t2500 = t605 * t2483 + t606 * t2492
+    t2502 = t589 * t2500
+    t2503 = t587 * t2474 - t588 * t2492
+    t2504 = t2503 - t2502
+    t2511 = t572 * t2504 + (t569 * t2469 + t570 * t2492 - t571 * t2500)
+    t2518 = t544 * t1587 + t545 * t2492 - t546 * t2500 - t547 * t2504
+    t2525 = t536 * t2500 - t534 * t1485 - t535 * t2492 - t537 * t2511
+    t2530 = t2003 + t548 * t1261
+    t2534 = t547 * t1261 + t572 * t2530
+    t2540 = t546 * t1261 + (t789 - c_4 * t1662 - s_4 * t1261 - q_3 * t785)
+    t2542 = t2540 - t571 * t2530 - t589 * t2534
+    t2545 = c_2 * (J_3_x1 * t316 - t2003) + s_2 * t1929 - t217 * t785
+    t2548 = t570 * t2530 + (t2545 - t545 * t1261) - t588 * t2534
+    t2550 = t666 * (t606 * t2542 + t2548)
+    t2557 = t605 * t2542 + t606 * t2550
+    t2561 = t589 * t2557 - (t587 * t2534 - t588 * t2550)
+    t2567 = t569 * t2530 + t570 * t2550 - t571 * t2557 - t572 * t2561
+    t2574 = t547 * t2561 + (t545 * t2550 - t544 * t1261 - t546 * t2557)
+    t2589 = t1699 - t537 * t1486 - t548 * t1610
+    t2594 = t572 * t2589 + (t1727 - t547 * t1610)
+    t2599 = c_4 * t1749 - s_4 * t1766 - q_3 * t1811 - t536 * t1486
+    t2602 = t589 * t2594 + (t571 * t2589 + (t546 * t1610 + t2599))
+    t2605 = c_2 * (t1699 + p_boom_dh_a * t1811) - s_2 * t1940 - p_shoulder_tilt_dh_d * (c_2 * t1811 - s_2 * t1727)
+    t2609 = t588 * t2594 + (t535 * t1486 + t2605 - t545 * t1610 - t570 * t2589)
+    t2611 = t666 * (t606 * t2602 + t2609)
+    t2618 = t605 * t2602 + t606 * t2611
+    t2623 = t589 * t2618 + (t587 * t2594 + t588 * t2611)
+    t2630 = t572 * t2623 + (t571 * t2618 + (t569 * t2589 - t570 * t2611))
+    t2637 = t546 * t2618 + (t544 * t1610 - t545 * t2611) - t547 * t2623
+    t2644 = t534 * t1486 + t535 * t2611 - t536 * t2618 - t537 * t2630
+    t2653 = t548 * t1534 + (t1700 - t537 * t1567)
+    t2658 = t572 * t2653 + (t1636 + t547 * t1534)
+    t2663 = q_3 * t1813 + (c_4 * t1672 + s_4 * t1534) - t536 * t1567
+    t2666 = t589 * t2658 + (t571 * t2653 + (t2663 - t546 * t1534))
+    t2669 = p_shoulder_tilt_dh_d * (c_2 * t1813 + s_2 * t1636) + (c_2 * (t1700 - p_boom_dh_a * t1813) - s_2 * t1943)
+    t2672 = t545 * t1534 + (t535 * t1567 + t2669) - t570 * t2653
+    t2675 = t666 * (t606 * t2666 + (t588 * t2658 + t2672))
+    t2683 = t605 * t2666 + t606 * t2675
+    t2687 = t589 * t2683 + (t587 * t2658 + t588 * t2675)
+    t2693 = t572 * t2687 + (t571 * t2683 + (t569 * t2653 - t570 * t2675))
+    t2701 = t547 * t2687 + (t544 * t1534 + t545 * t2675 - t546 * t2683)
+    t2708 = t537 * t2693 + (t536 * t2683 - t534 * t1567 - t535 * t2675)
+    t2713 = t1692 - t548 * t1535
+    t2717 = t547 * t1535 - t572 * t2713
+    t2722 = c_4 * t1668 + s_4 * t1535 - t546 * t1535 - t571 * t2713
+    t2723 = t589 * t2717 + t2722
+    t2726 = c_2 * t1692 + s_2 * (s_4 * t1668 - c_4 * t1535) - t545 * t1535
+    t2730 = t666 * (t2726 - t570 * t2713 - t588 * t2717 - t606 * t2723)
+    t2732 = t605 * t2723
+    t2736 = t606 * t2730
+    t2737 = t2732 - t2736
+    t2742 = t589 * t2737 + (t587 * t2717 - t588 * t2730)
+    t2746 = t572 * t2742
+    t2748 = t569 * t2713 - t570 * t2730 - t571 * t2737
+    t2749 = t2748 - t2746
+    t2757 = t546 * t2737 + (t545 * t2730 - t544 * t1535) - t547 * t2742
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -10781,77 +10748,77 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[70 * S + k] = 0.0
     out[71 * S + k] = 1.0
     out[72 * S + k] = 0.0
-    out[73 * S + k] = -t2128
-    out[74 * S + k] = t2188
-    out[75 * S + k] = t2251
-    out[76 * S + k] = t2315
-    out[77 * S + k] = -t2375
-    out[78 * S + k] = -t2441
-    out[79 * S + k] = -t2507
-    out[80 * S + k] = -t2565
-    out[81 * S + k] = t2626
-    out[82 * S + k] = -t2690
-    out[83 * S + k] = -t2745
+    out[73 * S + k] = -t2113
+    out[74 * S + k] = t2173
+    out[75 * S + k] = t2236
+    out[76 * S + k] = t2300
+    out[77 * S + k] = -t2360
+    out[78 * S + k] = -t2426
+    out[79 * S + k] = -t2492
+    out[80 * S + k] = -t2550
+    out[81 * S + k] = t2611
+    out[82 * S + k] = -t2675
+    out[83 * S + k] = -t2730
     out[84 * S + k] = 0.0
-    out[85 * S + k] = t2136
-    out[86 * S + k] = -t2194
-    out[87 * S + k] = -t2258
-    out[88 * S + k] = t2322
-    out[89 * S + k] = t2383
-    out[90 * S + k] = t2448 - t2443
-    out[91 * S + k] = t2515
-    out[92 * S + k] = t2572
-    out[93 * S + k] = -t2633
-    out[94 * S + k] = t2698
-    out[95 * S + k] = t2751 - t2747
+    out[85 * S + k] = t2121
+    out[86 * S + k] = -t2179
+    out[87 * S + k] = -t2243
+    out[88 * S + k] = t2307
+    out[89 * S + k] = t2368
+    out[90 * S + k] = t2433 - t2428
+    out[91 * S + k] = t2500
+    out[92 * S + k] = t2557
+    out[93 * S + k] = -t2618
+    out[94 * S + k] = t2683
+    out[95 * S + k] = t2736 - t2732
     out[96 * S + k] = 0.0
-    out[97 * S + k] = t2138 - t2139
-    out[98 * S + k] = t2199
-    out[99 * S + k] = -t2263
-    out[100 * S + k] = t2324 - t2325
-    out[101 * S + k] = t2387
-    out[102 * S + k] = -t2454
-    out[103 * S + k] = t2517 - t2518
-    out[104 * S + k] = t2576
-    out[105 * S + k] = -t2638
-    out[106 * S + k] = t2702
-    out[107 * S + k] = -t2757
+    out[97 * S + k] = t2123 - t2124
+    out[98 * S + k] = t2184
+    out[99 * S + k] = -t2248
+    out[100 * S + k] = t2309 - t2310
+    out[101 * S + k] = t2372
+    out[102 * S + k] = -t2439
+    out[103 * S + k] = t2502 - t2503
+    out[104 * S + k] = t2561
+    out[105 * S + k] = -t2623
+    out[106 * S + k] = t2687
+    out[107 * S + k] = -t2742
     out[108 * S + k] = 0.0
-    out[109 * S + k] = t2147
-    out[110 * S + k] = -t2205
-    out[111 * S + k] = t2270
-    out[112 * S + k] = t2333
-    out[113 * S + k] = -t2393
-    out[114 * S + k] = t2461
-    out[115 * S + k] = t2526
-    out[116 * S + k] = t2582
-    out[117 * S + k] = t2645
-    out[118 * S + k] = -t2708
-    out[119 * S + k] = t2761 - t2763
+    out[109 * S + k] = t2132
+    out[110 * S + k] = -t2190
+    out[111 * S + k] = t2255
+    out[112 * S + k] = t2318
+    out[113 * S + k] = -t2378
+    out[114 * S + k] = t2446
+    out[115 * S + k] = t2511
+    out[116 * S + k] = t2567
+    out[117 * S + k] = t2630
+    out[118 * S + k] = -t2693
+    out[119 * S + k] = t2746 - t2748
     out[120 * S + k] = 0.0
-    out[121 * S + k] = t2154 - t561 * t2147
-    out[122 * S + k] = t561 * t2205 + t2213
-    out[123 * S + k] = t2277 - t561 * t2270
-    out[124 * S + k] = t2340 - t561 * t2333
-    out[125 * S + k] = t561 * t2393 + t2401
-    out[126 * S + k] = t2468 - t561 * t2461
-    out[127 * S + k] = t2533 - t561 * t2526
-    out[128 * S + k] = t2589 - t561 * t2582
-    out[129 * S + k] = t2652 - t561 * t2645
-    out[130 * S + k] = t561 * t2708 + t2716
-    out[131 * S + k] = t561 * t2764 + t2772
+    out[121 * S + k] = t2139 - t548 * t2132
+    out[122 * S + k] = t548 * t2190 + t2198
+    out[123 * S + k] = t2262 - t548 * t2255
+    out[124 * S + k] = t2325 - t548 * t2318
+    out[125 * S + k] = t548 * t2378 + t2386
+    out[126 * S + k] = t2453 - t548 * t2446
+    out[127 * S + k] = t2518 - t548 * t2511
+    out[128 * S + k] = t2574 - t548 * t2567
+    out[129 * S + k] = t2637 - t548 * t2630
+    out[130 * S + k] = t548 * t2693 + t2701
+    out[131 * S + k] = t548 * t2749 + t2757
     out[132 * S + k] = 0.0
-    out[133 * S + k] = t2161
-    out[134 * S + k] = t550 * t2205 + (t548 * t2188 - t549 * t2194)
-    out[135 * S + k] = t2284
-    out[136 * S + k] = t2347
-    out[137 * S + k] = t2408
-    out[138 * S + k] = t2475
-    out[139 * S + k] = t2540
-    out[140 * S + k] = t549 * t2572 - t548 * t2565 - t550 * t2582
-    out[141 * S + k] = t2659
-    out[142 * S + k] = t2723
-    out[143 * S + k] = t550 * t2764 - t548 * t2745 - t549 * t2752
+    out[133 * S + k] = t2146
+    out[134 * S + k] = t537 * t2190 + (t535 * t2173 - t536 * t2179)
+    out[135 * S + k] = t2269
+    out[136 * S + k] = t2332
+    out[137 * S + k] = t2393
+    out[138 * S + k] = t2460
+    out[139 * S + k] = t2525
+    out[140 * S + k] = t536 * t2557 - t535 * t2550 - t537 * t2567
+    out[141 * S + k] = t2644
+    out[142 * S + k] = t2708
+    out[143 * S + k] = t537 * t2749 - t535 * t2730 - t536 * t2737
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11000,13 +10967,13 @@ def _state_derivative_input_jacobian(x, u, out, k, S):
     # link 5 (wrist_bend): composite body, before its turn
     t53 = c_5 * c_5
     t54 = s_5 * s_5
-    t59 = t53 * 0.0011500000000000002 - t54 * 0.0268661283
-    t62 = c_5 * s_5 * 0.028016128300000002
+    t59 = t53 * 0.00115 - t54 * 0.0268661283
+    t62 = c_5 * s_5 * 0.0280161283
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
     t65 = C_5t_yz - 5.36544e-05
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t67 = t59 - 0.004499735599999999
+    t67 = t59 - 0.0044997356
     C_4t_y1 = s_4 * m_5_5_f_y + c_4 * 0.029825999999999995
     t74 = s_4 * 0.029825999999999995 - c_4 * m_5_5_f_y
     t77 = s_4 * t65 + c_4 * t62
@@ -11016,7 +10983,7 @@ def _state_derivative_input_jacobian(x, u, out, k, S):
     t84 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
     t85 = c_4 * C_5t_xz
-    t87 = s_4 * 0.004499735599999999 - t85
+    t87 = s_4 * 0.0044997356 - t85
     t90 = s_4 * C_5t_xz
     t91 = c_4 * t59 + t90
     # link 3 (boom): composite body
@@ -11024,10 +10991,10 @@ def _state_derivative_input_jacobian(x, u, out, k, S):
     t105 = t74 - 0.13134099999999999
     C_3_z1 = m_5_5_f_x - 2.7499110000000004
     # link 2 (shoulder_tilt): composite body
-    t108 = s_4 * (t85 - s_4 * t59) + c_4 * (t90 + c_4 * 0.004499735599999999)
+    t108 = s_4 * (t85 - s_4 * t59) + c_4 * (t90 + c_4 * 0.0044997356)
     C_2_xx = t108 + 0.007999999999999896
     t113 = C_3_z1 + q_3 * 6.470000000000001
-    t119 = q_3 * (C_3_z1 + t113) + (t53 * 0.0268661283 - t54 * 0.0011500000000000002)
+    t119 = q_3 * (C_3_z1 + t113) + (t53 * 0.0268661283 - t54 * 0.00115)
     C_2_yy = t119 + 4.287553293700001
     C_2_yz = t77 + c_5 * 0.0016126928999999999 - q_3 * t105 - 0.055823193300000004
     # link 1 (shoulder_pan): composite body
@@ -11063,7 +11030,7 @@ def _state_derivative_input_jacobian(x, u, out, k, S):
     t235 = c_2 * (t84 - c_2 * C_2_xx) + (c_4 * t91 + (t74 * 0.0406 - s_4 * t87))
     t237 = t144 * t146 + (t235 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x))
     t240 = m_2_5_b_z * t156 + t237 - t175 * t190 - t199 * t208
-    t245 = t218 * t228 + t240 - 0.154 * (t105 + t141) - 1.4339328643999998
+    t245 = t218 * t228 + t240 - 0.154 * (t105 + t141) - 1.4339328644
     t246 = 1.0 / t245
     t248 = t228 * t246
     t249 = -t248
@@ -11338,30 +11305,28 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     J_6_yy = t37 - t42
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t46 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t47 = p_wrist_bend_mass * 0.5
-    t48 = t46 * t47
-    t49 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t54 = t47 * (t46 + t49) + p_wrist_bend_inertia_xx * 0.5
-    t56 = t47 * t49 + p_wrist_bend_inertia_yy * 0.5
-    t57 = t48 - t56
-    t61 = t54 + (p_hand_com_z * J_6_z1 + (t37 + t42)) - t57
+    t46 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t48 = p_wrist_bend_inertia_xx * 0.5
+    t49 = p_wrist_bend_inertia_yy * 0.5
+    t53 = p_hand_com_z * J_6_z1 + (t42 + (t37 + (t48 + t49)))
+    t54 = p_wrist_bend_com_z * t46 + t53
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
-    t63 = p_wrist_bend_com_z * J_5_z1
-    t65 = J_6_z1 + p_wrist_bend_mass * p_wrist_bend_com_z
+    t56 = p_wrist_bend_com_z * J_5_z1
+    t57 = J_6_z1 + t46
     # link 4 (wrist_roll): base parameters
-    t66 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t67 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t69 = p_wrist_roll_mass * 0.5
-    t73 = p_wrist_roll_mass * p_wrist_roll_com_y
-    J_4_y1 = J_5_z1 + p_wrist_roll_mass * p_wrist_roll_com_z
+    t59 = p_wrist_roll_inertia_zz * 0.5
+    t60 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t62 = p_wrist_roll_mass * p_wrist_roll_com_y
+    J_4_y1 = J_5_z1 + t60
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t79 = p_boom_dh_a * p_boom_mass
-    t82 = p_boom_mass * p_boom_com_z
+    t68 = p_boom_dh_a * p_boom_mass
+    t71 = p_boom_mass * p_boom_com_z
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t78 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -11378,158 +11343,158 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     M_6_6 = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
     m_5_6_n_x = s_5 * M_6_6
-    t98 = c_5 * M_6_6
+    t89 = c_5 * M_6_6
     # link 4 (wrist_roll): effort when joint 6 is accelerated
     m_4_6_n_x = c_4 * m_5_6_n_x
     # link 6 (hand): composite body, before its turn
-    t103 = s_6 * s_6
-    t105 = c_6 * c_6
+    t94 = s_6 * s_6
+    t96 = c_6 * c_6
     C_6t_xy = (J_6_xx - J_6_yy) * (c_6 * s_6)
     # link 5 (wrist_bend): composite body
-    t115 = J_6_xx * t105 + (J_6_yy * t103 + (t56 + (t48 - t54)))
+    t103 = t49 - t48
+    t105 = t103 + (J_6_yy * t94 + J_6_xx * t96)
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t116 = t61 + t115
-    m_5_5_f_x = t65 * c_5
-    m_5_5_f_y = t65 * s_5
-    C_5t_xz = t63 * s_5 + c_5 * C_6t_xy
-    C_5t_yz = s_5 * C_6t_xy - t63 * c_5
+    t106 = t54 + t105
+    m_5_5_f_x = t57 * c_5
+    m_5_5_f_y = t57 * s_5
+    C_5t_xz = t56 * s_5 + c_5 * C_6t_xy
+    C_5t_yz = s_5 * C_6t_xy - t56 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t127 = c_4 * C_5t_xz
-    t128 = s_4 * C_5t_xz
+    t117 = c_4 * C_5t_xz
+    t118 = s_4 * C_5t_xz
     m_4_5_b_z = C_5t_yz + p_boom_dh_a * m_4_5_f_y
     # link 3 (boom): effort when joint 5 is accelerated
-    t136 = t128 - p_boom_dh_a * m_5_5_f_y - c_4 * (t116 + q_3 * m_5_5_f_x)
-    t139 = q_3 * m_4_5_f_y + (s_4 * t116 + t127)
+    t126 = t118 - p_boom_dh_a * m_5_5_f_y - c_4 * (t106 + q_3 * m_5_5_f_x)
+    t129 = q_3 * m_4_5_f_y + (s_4 * t106 + t117)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t145 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    m_2_5_b_z = t145 + (s_2 * t136 + c_2 * m_4_5_b_z)
+    t135 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    m_2_5_b_z = t135 + (s_2 * t126 + c_2 * m_4_5_b_z)
     # link 5 (wrist_bend): composite body, before its turn
-    t148 = c_5 * c_5
-    t150 = s_5 * s_5
-    t154 = (t61 - t115) * (c_5 * s_5)
+    t138 = c_5 * c_5
+    t140 = s_5 * s_5
+    t144 = (t54 - t105) * (c_5 * s_5)
     # link 4 (wrist_roll): composite body
-    t158 = (t66 + t67) * t69 + p_wrist_roll_inertia_xx * 0.5
-    t160 = t67 * t69 + p_wrist_roll_inertia_yy * 0.5
-    t161 = t158 - t160
-    t163 = t66 * t69 + p_wrist_roll_inertia_zz * 0.5
-    t166 = t163 + (t115 * t148 + t61 * t150 - t161)
-    t170 = t158 + (J_6_yy * t105 + (J_6_xx * t103 + (t54 + t57)))
-    C_4_yy = t160 + t170 - t163
-    t173 = p_wrist_roll_com_z * t73 + C_5t_yz
+    t147 = p_wrist_roll_inertia_yy * 0.5
+    t148 = p_wrist_roll_inertia_xx * 0.5
+    t149 = t148 - t147
+    C_4_xx = t54 * t140 + (t59 + t105 * t138) - t149
+    t156 = p_wrist_roll_com_z * t60 + (p_wrist_bend_com_y * J_5_z1 + (t147 + t148) - t59)
+    C_4_yy = J_6_yy * t96 + (J_6_xx * t94 + t156) - t103
+    t160 = p_wrist_roll_com_z * t62 + C_5t_yz
     # link 4 (wrist_roll): effort when joint 4 is accelerated
-    t174 = t166 + C_4_yy
+    M_4_4 = C_4_xx + C_4_yy
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t183 = s_4 * t173 + c_4 * t154
-    t186 = p_boom_dh_a * m_4_4_f_y
+    t170 = s_4 * t160 + c_4 * t144
+    t173 = p_boom_dh_a * m_4_4_f_y
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t173 - s_4 * t154 - q_3 * C_4t_y1
+    m_3_4_b_x = c_4 * t160 - s_4 * t144 - q_3 * C_4t_y1
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t191 = s_2 * m_3_4_b_x
+    t178 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
-    t193 = t127 - s_4 * C_4_yy
-    t196 = t128 - c_4 * t166
+    t180 = t117 - s_4 * C_4_yy
+    t183 = t118 - c_4 * C_4_xx
     # link 3 (boom): composite body
-    C_3_x1 = m_4_4_f_y + (t79 + p_boom_dh_a * J_4_11)
+    C_3_x1 = m_4_4_f_y + (t68 + p_boom_dh_a * J_4_11)
     # link 2 (shoulder_tilt): composite body
-    t211 = t73 - m_5_5_f_x
+    t198 = t62 - m_5_5_f_x
     # link 3 (boom): composite body
-    t212 = t82 - t211
+    t199 = t71 - t198
     # link 2 (shoulder_tilt): composite body
-    t215 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
-    t217 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
-    t219 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
-    t220 = t219 - t217
-    t221 = s_4 * (t127 + s_4 * t166) + c_4 * (t128 + c_4 * C_4_yy)
-    C_2_xx = t215 + (t220 + t221)
-    t225 = t212 + q_3 * J_3_11
-    t230 = t161 + (t115 * t150 + (p_boom_com_z * t82 + t61 * t148))
-    t234 = t219 + (q_3 * (t212 + t225) + (t163 + t230 - t215))
-    t235 = t217 + t234
-    t240 = q_3 * C_3_x1 + (p_boom_com_z * t79 + t183) - p_boom_dh_a * t211
+    t202 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t204 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t206 = s_4 * (t117 + s_4 * C_4_xx) + c_4 * (t118 + c_4 * C_4_yy)
+    t208 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    C_2_xx = t202 + (t206 - t204 + t208)
+    t212 = t199 + q_3 * J_3_11
+    t215 = t208 - t202
+    t217 = p_boom_com_z * t71 + (t59 + p_wrist_roll_com_y * t62)
+    t221 = q_3 * (t199 + t212) + (t149 + (t105 * t140 + (t54 * t138 + t217)))
+    t223 = t204 + (t221 - t215)
+    t228 = q_3 * C_3_x1 + (p_boom_com_z * t68 + t170) - p_boom_dh_a * t198
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t244 = s_2 * (s_4 * t196 - c_4 * t193 - p_boom_dh_a * C_4t_y1)
-    t246 = p_shoulder_tilt_dh_d * (c_2 * t225 - s_2 * C_4t_y1)
+    t232 = s_2 * (s_4 * t183 - c_4 * t180 - p_boom_dh_a * C_4t_y1)
+    t234 = p_shoulder_tilt_dh_d * (c_2 * t212 - s_2 * C_4t_y1)
     # link 1 (shoulder_pan): composite body
-    t254 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
-    t255 = m_5_6_n_x * (s_2 * s_4) - c_2 * t98
+    t242 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
+    t243 = m_5_6_n_x * (s_2 * s_4) - c_2 * t89
     # solve: L D L^T
-    t265 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
-    t266 = t255 * t265
-    t267 = m_4_6_n_x * t265
-    t268 = t98 * t265
-    t275 = 1.0 / (t116 + p_wrist_bend_added_inertia_inertia)
-    t276 = m_2_5_b_z * t275
-    t277 = t139 * t275
-    t278 = m_5_5_f_y * t275
-    t279 = C_5t_yz * t275
-    t290 = c_2 * (t174 + t186 - p_shoulder_tilt_dh_d * m_4_4_f_y)
-    t293 = m_2_5_b_z * t279 + (t191 - t255 * t268) - t290
-    t297 = m_4_6_n_x * t268 + (t183 + q_3 * m_4_4_f_y) - t139 * t279
-    t298 = m_5_5_f_y * t279
-    t301 = t174 + p_wrist_roll_added_inertia_inertia - t98 * t268
-    t303 = 1.0 / (t301 - C_5t_yz * t279)
-    t304 = t293 * t303
-    t305 = t297 * t303
-    t306 = t298 * t303
-    t313 = s_2 * t254 + (m_2_5_b_z * t278 + t293 * t306)
-    t316 = t297 * t306 + (C_4t_y1 - t139 * t278)
-    t319 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t278
-    t321 = 1.0 / (t319 - t298 * t306)
-    t322 = t313 * t321
-    t323 = t316 * t321
-    t329 = t244 + c_2 * t240 - t246 - t255 * t267 - m_2_5_b_z * t277
-    t331 = t313 * t323 + (t293 * t305 + t329)
-    t334 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t235)
-    t337 = t334 - m_4_6_n_x * t267 - t139 * t277 - t297 * t305
-    t339 = 1.0 / (t337 - t316 * t323)
-    t340 = t331 * t339
-    t343 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
-    t348 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
-    t352 = p_shoulder_pan_inertia_yy + p_shoulder_tilt_com_y * J_2_z1
-    t358 = t352 + t186 * 2.0 - s_4 * t193 - c_4 * t196 - t220 - c_2 * (t191 - c_2 * C_2_xx)
-    t360 = p_shoulder_pan_added_inertia_inertia + (s_2 * (s_2 * t235 - c_2 * m_3_4_b_x) + t358)
-    t363 = t360 - t255 * t266 - m_2_5_b_z * t276 - t293 * t304
-    t367 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t343 + (t363 - t313 * t322 - t331 * t340))
-    t368 = p_shoulder_tilt_dh_d * (t348 - C_3_x1 - t254) + t367
-    t371 = 1.0 / (t215 + t368)
-    t372 = t340 * t371
-    t373 = -t372
-    t376 = t322 * t371 + t323 * t372
-    t382 = t306 * t376 + (t304 * t371 + t305 * t372)
-    t389 = t277 * t372 - t276 * t371 - t278 * t376 - t279 * t382
-    t396 = t339 + t340 * t372
-    t399 = t322 * t372 + t323 * t396
-    t404 = t306 * t399 + (t304 * t372 + t305 * t396)
-    t412 = t279 * t404 + (t278 * t399 + (t276 * t372 - t277 * t396))
-    t420 = t371 * (t322 + t323 * t340)
-    t424 = t323 * t339 + t340 * t420
-    t428 = t323 * t424 + (t321 + t322 * t420)
-    t433 = t306 * t428 + (t304 * t420 + t305 * t424)
-    t441 = t279 * t433 + (t278 * t428 + (t276 * t420 - t277 * t424))
-    t449 = t305 + t306 * t323
-    t453 = t371 * (t340 * t449 + (t304 + t306 * t322))
-    t457 = t339 * t449 + t340 * t453
-    t462 = t323 * t457 + (t306 * t321 + t322 * t453)
-    t469 = t306 * t462 + (t305 * t457 + (t303 + t304 * t453))
-    t476 = t277 * t457 - t276 * t453 - t278 * t462 - t279 * t469
-    t485 = t278 + t279 * t306
-    t489 = t277 - t279 * t305 - t323 * t485
-    t494 = t371 * (t322 * t485 + (t276 + t279 * t304) - t340 * t489)
-    t496 = t339 * t489
-    t499 = t340 * t494
-    t500 = t496 - t499
-    t505 = t321 * t485 + t322 * t494 - t323 * t500
-    t511 = t306 * t505 + (t279 * t303 + t304 * t494 - t305 * t500)
-    t520 = t279 * t511 + (t278 * t505 + (t277 * t500 + (t275 + t276 * t494)))
-    t528 = t268 * t306
-    t532 = t323 * t528 + (t267 + t268 * t305)
-    t537 = t371 * (t266 - t268 * t304 - t322 * t528 - t340 * t532)
-    t542 = t339 * t532 - t340 * t537
-    t546 = t323 * t542 + (t321 * t528 - t322 * t537)
-    t552 = t306 * t546 + (t305 * t542 + (t268 * t303 - t304 * t537))
-    t560 = t279 * t552 + (t278 * t546 - t276 * t537 - t277 * t542)
+    t253 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
+    t254 = t243 * t253
+    t255 = m_4_6_n_x * t253
+    t256 = t89 * t253
+    t263 = 1.0 / (t106 + p_wrist_bend_added_inertia_inertia)
+    t264 = m_2_5_b_z * t263
+    t265 = t129 * t263
+    t266 = m_5_5_f_y * t263
+    t267 = C_5t_yz * t263
+    t278 = c_2 * (M_4_4 + t173 - p_shoulder_tilt_dh_d * m_4_4_f_y)
+    t281 = m_2_5_b_z * t267 + (t178 - t243 * t256) - t278
+    t285 = m_4_6_n_x * t256 + (t170 + q_3 * m_4_4_f_y) - t129 * t267
+    t286 = m_5_5_f_y * t267
+    t289 = M_4_4 + p_wrist_roll_added_inertia_inertia - t89 * t256
+    t291 = 1.0 / (t289 - C_5t_yz * t267)
+    t292 = t281 * t291
+    t293 = t285 * t291
+    t294 = t286 * t291
+    t301 = s_2 * t242 + (m_2_5_b_z * t266 + t281 * t294)
+    t304 = t285 * t294 + (C_4t_y1 - t129 * t266)
+    t307 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t266
+    t309 = 1.0 / (t307 - t286 * t294)
+    t310 = t301 * t309
+    t311 = t304 * t309
+    t317 = t232 + c_2 * t228 - t234 - t243 * t255 - m_2_5_b_z * t265
+    t319 = t301 * t311 + (t281 * t293 + t317)
+    t322 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t223)
+    t325 = t322 - m_4_6_n_x * t255 - t129 * t265 - t285 * t293
+    t327 = 1.0 / (t325 - t304 * t311)
+    t328 = t319 * t327
+    t334 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t338 = p_shoulder_pan_inertia_yy + p_shoulder_tilt_com_y * J_2_z1
+    t344 = t215 + (t78 + t338 + t173 * 2.0 - s_4 * t180 - c_4 * t183)
+    t346 = s_2 * (s_2 * t223 - c_2 * m_3_4_b_x) + (t344 - c_2 * (t178 - c_2 * C_2_xx))
+    t348 = p_shoulder_pan_added_inertia_inertia + t346 - t243 * t254
+    t351 = t348 - m_2_5_b_z * t264 - t281 * t292 - t301 * t310
+    t353 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t351 - t319 * t328)
+    t354 = p_shoulder_tilt_dh_d * (t334 - C_3_x1 - t242) + t353
+    t357 = 1.0 / (t204 + t354)
+    t358 = t328 * t357
+    t359 = -t358
+    t362 = t310 * t357 + t311 * t358
+    t368 = t294 * t362 + (t292 * t357 + t293 * t358)
+    t375 = t265 * t358 - t264 * t357 - t266 * t362 - t267 * t368
+    t382 = t327 + t328 * t358
+    t385 = t310 * t358 + t311 * t382
+    t390 = t294 * t385 + (t292 * t358 + t293 * t382)
+    t398 = t267 * t390 + (t266 * t385 + (t264 * t358 - t265 * t382))
+    t406 = t357 * (t310 + t311 * t328)
+    t410 = t311 * t327 + t328 * t406
+    t414 = t311 * t410 + (t309 + t310 * t406)
+    t419 = t294 * t414 + (t292 * t406 + t293 * t410)
+    t427 = t267 * t419 + (t266 * t414 + (t264 * t406 - t265 * t410))
+    t435 = t293 + t294 * t311
+    t439 = t357 * (t328 * t435 + (t292 + t294 * t310))
+    t443 = t327 * t435 + t328 * t439
+    t448 = t311 * t443 + (t294 * t309 + t310 * t439)
+    t455 = t294 * t448 + (t293 * t443 + (t291 + t292 * t439))
+    t462 = t265 * t443 - t264 * t439 - t266 * t448 - t267 * t455
+    t471 = t266 + t267 * t294
+    t475 = t265 - t267 * t293 - t311 * t471
+    t480 = t357 * (t310 * t471 + (t264 + t267 * t292) - t328 * t475)
+    t482 = t327 * t475
+    t485 = t328 * t480
+    t486 = t482 - t485
+    t491 = t309 * t471 + t310 * t480 - t311 * t486
+    t497 = t294 * t491 + (t267 * t291 + t292 * t480 - t293 * t486)
+    t506 = t267 * t497 + (t266 * t491 + (t265 * t486 + (t263 + t264 * t480)))
+    t514 = t256 * t294
+    t518 = t311 * t514 + (t255 + t256 * t293)
+    t523 = t357 * (t254 - t256 * t292 - t310 * t514 - t328 * t518)
+    t528 = t327 * t518 - t328 * t523
+    t532 = t311 * t528 + (t309 * t514 - t310 * t523)
+    t538 = t294 * t532 + (t293 * t528 + (t256 * t291 - t292 * t523))
+    t546 = t267 * t538 + (t266 * t532 - t264 * t523 - t265 * t528)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -11566,42 +11531,42 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     out[33 * S + k] = 0.0
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t371
-    out[37 * S + k] = t373
-    out[38 * S + k] = -t420
-    out[39 * S + k] = t453
-    out[40 * S + k] = -t494
-    out[41 * S + k] = t537
-    out[42 * S + k] = t373
-    out[43 * S + k] = t396
-    out[44 * S + k] = t424
-    out[45 * S + k] = -t457
-    out[46 * S + k] = t499 - t496
-    out[47 * S + k] = t542
-    out[48 * S + k] = -t376
-    out[49 * S + k] = t399
-    out[50 * S + k] = t428
-    out[51 * S + k] = -t462
-    out[52 * S + k] = t505
-    out[53 * S + k] = t546
-    out[54 * S + k] = t382
-    out[55 * S + k] = -t404
-    out[56 * S + k] = -t433
-    out[57 * S + k] = t469
-    out[58 * S + k] = -t511
-    out[59 * S + k] = -t552
-    out[60 * S + k] = t389
-    out[61 * S + k] = t412
-    out[62 * S + k] = t441
-    out[63 * S + k] = t476
-    out[64 * S + k] = t520
-    out[65 * S + k] = t560
-    out[66 * S + k] = t266 * t371 - t267 * t372 - t268 * t382
-    out[67 * S + k] = t268 * t404 + (t267 * t396 - t266 * t372)
-    out[68 * S + k] = t268 * t433 + (t267 * t424 - t266 * t420)
-    out[69 * S + k] = t266 * t453 - t267 * t457 - t268 * t469
-    out[70 * S + k] = t268 * t511 - t266 * t494 - t267 * t500
-    out[71 * S + k] = t268 * t552 + (t267 * t542 + (t265 + t266 * t537))
+    out[36 * S + k] = t357
+    out[37 * S + k] = t359
+    out[38 * S + k] = -t406
+    out[39 * S + k] = t439
+    out[40 * S + k] = -t480
+    out[41 * S + k] = t523
+    out[42 * S + k] = t359
+    out[43 * S + k] = t382
+    out[44 * S + k] = t410
+    out[45 * S + k] = -t443
+    out[46 * S + k] = t485 - t482
+    out[47 * S + k] = t528
+    out[48 * S + k] = -t362
+    out[49 * S + k] = t385
+    out[50 * S + k] = t414
+    out[51 * S + k] = -t448
+    out[52 * S + k] = t491
+    out[53 * S + k] = t532
+    out[54 * S + k] = t368
+    out[55 * S + k] = -t390
+    out[56 * S + k] = -t419
+    out[57 * S + k] = t455
+    out[58 * S + k] = -t497
+    out[59 * S + k] = -t538
+    out[60 * S + k] = t375
+    out[61 * S + k] = t398
+    out[62 * S + k] = t427
+    out[63 * S + k] = t462
+    out[64 * S + k] = t506
+    out[65 * S + k] = t546
+    out[66 * S + k] = t254 * t357 - t255 * t358 - t256 * t368
+    out[67 * S + k] = t256 * t390 + (t255 * t382 - t254 * t358)
+    out[68 * S + k] = t256 * t419 + (t255 * t410 - t254 * t406)
+    out[69 * S + k] = t254 * t439 - t255 * t443 - t256 * t455
+    out[70 * S + k] = t256 * t497 - t254 * t480 - t255 * t486
+    out[71 * S + k] = t256 * t538 + (t255 * t528 + (t253 + t254 * t523))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11846,15 +11811,15 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     t169 = t167 * -0.005832
     t171 = t156 * -0.5
     t172 = 0.5 * t156
-    t179 = a_4b_z * 0.0054 + t156 * 2.916e-05 + t167 * 4.968e-05
+    t179 = a_4b_z * 0.0054 + t156 * 2.9160000000000002e-05 + t167 * 4.968e-05
     t186 = 1.08 * a_4b_z + t156 * 0.011664 + t167 * 0.009936
     t187 = t152 * -0.5
     t188 = 0.5 * t152
     t190 = t150 * -4.968e-05
     t191 = t150 * -0.005832
     t192 = t150 * 0.009936
-    t198 = U_4r_x * 4.968e-05 - t131 * 0.0054 - t143 * 2.916e-05
-    t199 = alpha_4_z * 2.916e-05
+    t198 = U_4r_x * 4.968e-05 - t131 * 0.0054 - t143 * 2.9160000000000002e-05
+    t199 = alpha_4_z * 2.9160000000000002e-05
     t206 = U_4r_x * 0.009936 - 1.08 * t131 - t150 * 0.011664
     # link 5 (wrist_bend): angular velocity of link 4
     t209 = s_5 * omega_4_z + c_5 * t116
@@ -11905,7 +11870,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     t265 = (t135 + s_4 * w_1_zz) * 0.079443
     t267 = 0.079443 * (s_2 * c_4)
     t269 = (t135 - s_4 * U_3_xx) * -0.079443
-    t276 = t139 * 0.0003 + t242 * 8.999999999989919e-08 - t261 * 1.6979999999999997e-05
+    t276 = t139 * 0.0003 + t242 * 8.999999999999999e-08 - t261 * 1.6979999999999997e-05
     t283 = t139 * 0.63 + t242 * 0.00037799999999999997 - t261 * 0.035657999999999995
     t287 = t139 * 0.1554 + t242 * 0.024149160000000003
     t291 = t139 * 0.51 + t242 * 0.158508
@@ -11921,7 +11886,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     t306 = t225 * 0.51 - t230 * 0.158508
     t307 = alpha_5_z * 0.158508
     t308 = t306 - t307
-    t314 = U_5r_x * 1.6979999999999997e-05 - t225 * 0.0003 + t236 * 8.999999999989919e-08
+    t314 = U_5r_x * 1.6979999999999997e-05 - t225 * 0.0003 + t236 * 8.999999999999999e-08
     t319 = U_5r_x * 0.035657999999999995 - t225 * 0.63 + t236 * 0.00037799999999999997
     t320 = (t219 - c_5 * t132) * 0.079443
     t321 = (c_2 * s_5 + c_5 * t127) * -0.079443
@@ -12018,9 +11983,9 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     t549 = s_4 * t382 - c_4 * t259
     t550 = s_4 * t383 - c_4 * t260
     # derivative: link 4 (wrist_roll): moment, before its turn
-    t553 = c_4 * t171
+    t551 = c_4 * t171
     t572 = s_4 * t188
-    t589 = s_4 * t171
+    t587 = s_4 * t171
     t608 = c_4 * t188
     # derivative: link 3 (boom): force from link 2
     t637 = t94 - t544
@@ -12099,7 +12064,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     out[1 * S + k] = 0.0
     out[2 * S + k] = t1021
     out[3 * S + k] = t974 - c_2 * (t508 + t792) - t926
-    out[4 * S + k] = qdd_1 * 0.012210249999999999
+    out[4 * S + k] = qdd_1 * 0.01221025
     out[5 * S + k] = 0.0
     out[6 * S + k] = qdd_1 * -2.0530899999999996
     out[7 * S + k] = 0.0
@@ -12118,8 +12083,8 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     out[20 * S + k] = t978 + (s_2 * (t660 + (t742 - t652)) + t980)
     out[21 * S + k] = t940 - c_2 * (t48 * 0.021924 + U_4r_x * 0.005832)
     out[22 * S + k] = t952 - s_2 * t684
-    out[23 * S + k] = t911 + s_2 * (t56 - t589 - c_4 * t187)
-    out[24 * S + k] = c_2 * alpha_4_z - s_2 * (t608 + (t56 + t589))
+    out[23 * S + k] = t911 + s_2 * (t56 - t587 - c_4 * t187)
+    out[24 * S + k] = c_2 * alpha_4_z - s_2 * (t608 + (t56 + t587))
     out[25 * S + k] = s_2 * (t56 - s_4 * t172 - t608) - t911
     out[26 * S + k] = t978 + (t997 - s_2 * (t664 - t660))
     out[27 * S + k] = t956 - s_2 * t679
@@ -12160,8 +12125,8 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     out[62 * S + k] = s_4 * t190 + (c_4 * t179 + t835) - q_3 * t640
     out[63 * S + k] = q_3 * t96 + (s_4 * t191 + t844)
     out[64 * S + k] = q_3 * t547 + (s_4 * t192 - c_4 * t186)
-    out[65 * S + k] = t853 + (s_4 * t187 - t553)
-    out[66 * S + k] = t572 - t553 - t853
+    out[65 * S + k] = t853 + (s_4 * t187 - t551)
+    out[66 * S + k] = t572 - t551 - t853
     out[67 * S + k] = t853 + (t572 - c_4 * t172)
     out[68 * S + k] = q_3 * t637 + (s_4 * t314 - c_4 * t466)
     out[69 * S + k] = q_3 * t545 + (s_4 * t297 - c_4 * t477)
@@ -12507,70 +12472,54 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     J_6_z1 = p_hand_mass * p_hand_com_z
     t38 = J_6_z1 * 2.0
     # link 5 (wrist_bend): base parameters
-    t39 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t41 = p_wrist_bend_mass * 0.5
-    t42 = p_wrist_bend_com_z * p_wrist_bend_com_z
+    t39 = p_wrist_bend_com_z * p_wrist_bend_com_z
     # derivative: link 5 (wrist_bend): base parameters
-    t44 = 0.5 * (t39 + t42)
-    t45 = t39 * 0.5
-    t46 = 0.5 * t42
-    t48 = t44 - t45 - t46
-    t51 = p_wrist_bend_com_z * t41 * 4.0
-    t52 = t45 - t46
-    t53 = t44 - t52
+    t40 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t41 = 2.0 * t40
     # link 5 (wrist_bend): base parameters
-    t54 = p_wrist_bend_com_y * p_wrist_bend_com_z
+    t42 = p_wrist_bend_com_y * p_wrist_bend_com_z
     # derivative: link 5 (wrist_bend): base parameters
-    t55 = p_wrist_bend_mass * p_wrist_bend_com_z
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
     # link 5 (wrist_bend): base parameters
-    t57 = J_6_z1 + t55
+    t44 = J_6_z1 + t40
+    t45 = p_wrist_bend_com_y * p_wrist_bend_com_y
     # derivative: link 5 (wrist_bend): base parameters
-    t59 = 4.0 * (p_wrist_bend_com_y * t41)
-    t60 = t44 + t52
+    t46 = 2.0 * J_5_z1
     # link 4 (wrist_roll): base parameters
-    t61 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t62 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t64 = p_wrist_roll_mass * 0.5
+    t47 = p_wrist_roll_com_z * p_wrist_roll_com_z
     # derivative: link 4 (wrist_roll): base parameters
-    t65 = 0.5 * t61
-    t66 = 0.5 * (t61 + t62)
-    t67 = 0.5 * t62
-    t68 = t66 - t67
-    t69 = t65 - t68
-    t71 = 4.0 * (p_wrist_roll_com_z * t64)
-    t73 = t65 - t66 - t67
+    t48 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t49 = 2.0 * t48
     # link 4 (wrist_roll): base parameters
-    t74 = p_wrist_roll_com_y * p_wrist_roll_com_z
+    t50 = p_wrist_roll_com_y * p_wrist_roll_com_z
     # derivative: link 4 (wrist_roll): base parameters
-    t75 = p_wrist_roll_mass * p_wrist_roll_com_z
-    t76 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t51 = p_wrist_roll_mass * p_wrist_roll_com_y
     # link 4 (wrist_roll): base parameters
-    J_4_y1 = J_5_z1 + t75
+    J_4_y1 = J_5_z1 + t48
+    t53 = p_wrist_roll_com_y * p_wrist_roll_com_y
     # derivative: link 4 (wrist_roll): base parameters
-    t79 = 4.0 * (p_wrist_roll_com_y * t64)
-    t80 = t65 + t68
+    t54 = 2.0 * t51
     # link 4 (wrist_roll): base parameters
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # derivative: link 3 (boom): base parameters
     J_3_11 = p_boom_mass + J_4_11
-    t84 = p_boom_dh_a * p_wrist_roll_com_y
-    t85 = p_boom_dh_a * p_wrist_roll_mass
+    t58 = p_boom_dh_a * p_wrist_roll_com_y
+    t59 = p_boom_dh_a * p_wrist_roll_mass
     # link 3 (boom): base parameters
-    t86 = p_boom_dh_a * p_boom_com_z
+    t60 = p_boom_dh_a * p_boom_com_z
     # derivative: link 3 (boom): base parameters
-    t87 = p_boom_mass * p_boom_com_z
-    t88 = p_boom_dh_a * p_boom_mass
-    t89 = t76 - t87
+    t61 = p_boom_mass * p_boom_com_z
+    t62 = p_boom_dh_a * p_boom_mass
+    t63 = t51 - t61
     # link 3 (boom): base parameters
-    J_3_x1 = t88 + p_boom_dh_a * J_4_11
-    t92 = p_boom_com_z * p_boom_com_z
+    J_3_x1 = t62 + p_boom_dh_a * J_4_11
+    t66 = p_boom_com_z * p_boom_com_z
     # derivative: link 3 (boom): base parameters
-    t93 = 2.0 * t87
+    t67 = 2.0 * t61
     # derivative: link 1 (shoulder_pan): base parameters
-    t95 = p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y
-    t97 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_com_y + t95)
-    t98 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y + t97
+    t69 = p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y
+    t71 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_com_y + t69)
+    t72 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y + t71
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -12586,200 +12535,198 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # derivative: link 1 (shoulder_pan): Euler, inertial moment
-    t108 = qdd_1 * p_shoulder_pan_com_z
-    t112 = 2.0 * (t95 * (qdd_1 * p_shoulder_tilt_mass))
-    t116 = qdd_1 * p_boom_dh_a
-    t117 = p_boom_dh_a * t116
+    t82 = qdd_1 * p_shoulder_pan_com_z
+    t88 = 2.0 * (t69 * (qdd_1 * p_shoulder_tilt_mass))
+    t90 = qdd_1 * p_boom_dh_a
+    t91 = p_boom_dh_a * t90
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t118 = qd_1 * s_2
-    t119 = qd_1 * c_2
+    t92 = qd_1 * s_2
+    t93 = qd_1 * c_2
     # link 2 (shoulder_tilt): acceleration field U along the axis
     U_3_yx = qdd_1 * c_2
     U_2r_y = qdd_1 * s_2
     # link 2 (shoulder_tilt): acceleration of its joint
-    t122 = qdd_1 * p_shoulder_tilt_dh_d
+    t96 = qdd_1 * p_shoulder_tilt_dh_d
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t118 * t119
-    t129 = qd_2 * t118
-    w_2_xx = t118 * t118
+    w_2_xy = t92 * t93
+    t103 = qd_2 * t92
+    w_2_xx = t92 * t92
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): angular acceleration
-    t132 = U_3_yx - t129
+    t106 = U_3_yx - t103
     # link 2 (shoulder_tilt): acceleration field U
-    t133 = qdd_2 - w_2_xy
-    t134 = w_2_xx + w_2_zz
-    t138 = U_2r_y + 2.0 * (qd_2 * t119)
+    t107 = qdd_2 - w_2_xy
+    t108 = w_2_xx + w_2_zz
+    t112 = U_2r_y + 2.0 * (qd_2 * t93)
     # derivative: link 2 (shoulder_tilt): Euler, inertial moment
-    t143 = 0.5 * t138
+    t118 = t112 * 0.5
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t144 = w_1_zz - t134
+    t119 = w_1_zz - t108
     # derivative: link 2 (shoulder_tilt): Euler, inertial moment
-    t154 = -w_2_xy
+    t129 = -w_2_xy
     # link 3 (boom): acceleration of its joint
-    t162 = q_3 * t138
+    t137 = q_3 * t112
     # link 3 (boom): acceleration of its frame
-    a_3_x = p_shoulder_tilt_dh_d * w_1_zz - t162 - 2.0 * (qd_3 * t118)
-    t171 = c_2 * t122 + p_g * s_2 - q_3 * t133 - 2.0 * (qd_2 * qd_3)
-    a_3_z = p_g * c_2 + (qdd_3 - s_2 * t122) - q_3 * t134
+    a_3_x = p_shoulder_tilt_dh_d * w_1_zz - t137 - 2.0 * (qd_3 * t92)
+    t146 = c_2 * t96 + p_g * s_2 - q_3 * t107 - 2.0 * (qd_2 * qd_3)
+    a_3_z = p_g * c_2 + (qdd_3 - s_2 * t96) - q_3 * t108
     # link 3 (boom): products of angular velocity
-    w_3_zz = t119 * t119
+    w_3_zz = t93 * t93
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t134 - w_3_zz
+    U_3_xx = w_2_zz - t108 - w_3_zz
     # derivative: link 3 (boom): Newton, inertial force
     a_4b_x = a_3_x + p_boom_dh_a * U_3_xx
-    t184 = p_wrist_roll_mass * t133
-    t186 = p_boom_mass * t133
-    t187 = J_3_11 * U_3_yx
-    t190 = J_3_11 * s_2
-    t191 = t171 - p_boom_dh_a * U_3_yx
-    t192 = p_boom_com_z * t133 - t191
-    t195 = p_wrist_roll_mass * t134
-    t196 = p_boom_com_z * t134
-    t197 = p_boom_mass * t134
-    t199 = J_3_11 * U_2r_y
-    t203 = J_3_11 * c_2
+    t159 = p_wrist_roll_mass * t107
+    t161 = p_boom_mass * t107
+    t162 = J_3_11 * U_3_yx
+    t165 = J_3_11 * s_2
+    t166 = t146 - p_boom_dh_a * U_3_yx
+    t167 = p_boom_com_z * t107 - t166
+    t170 = p_wrist_roll_mass * t108
+    t171 = p_boom_com_z * t108
+    t172 = p_boom_mass * t108
+    t174 = J_3_11 * U_2r_y
+    t178 = J_3_11 * c_2
     a_4b_z = a_3_z + p_boom_dh_a * U_2r_y
     # derivative: link 3 (boom): Euler, inertial moment
-    t214 = p_boom_dh_a * a_3_z
-    t216 = p_boom_dh_a * t171
+    t189 = p_boom_dh_a * a_3_z
+    t191 = p_boom_dh_a * t146
     # link 4 (wrist_roll): angular velocity of link 3
-    t220 = s_4 * t118 + qd_2 * c_4
-    omega_4r_y = qd_2 * s_4 - c_4 * t118
+    t195 = s_4 * t92 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t92
     # link 4 (wrist_roll): acceleration field U along the axis
-    U_4r_x = s_4 * t133 - c_4 * t138
+    U_4r_x = s_4 * t107 - c_4 * t112
     # derivative: link 4 (wrist_roll): acceleration
-    t230 = s_4 * U_3_yx
-    t231 = s_2 * s_4
+    t205 = s_4 * U_3_yx
+    t206 = s_2 * s_4
     # link 4 (wrist_roll): acceleration
-    t235 = s_4 * t191 - c_4 * a_4b_x
+    t210 = s_4 * t166 - c_4 * a_4b_x
     # derivative: link 4 (wrist_roll): acceleration
-    t236 = t230 - c_4 * w_1_zz
-    t237 = t230 + c_4 * U_3_xx
-    t239 = c_4 * U_3_yx
+    t211 = t205 - c_4 * w_1_zz
+    t212 = t205 + c_4 * U_3_xx
+    t214 = c_4 * U_3_yx
     # link 4 (wrist_roll): acceleration
-    t243 = c_4 * t191 + s_4 * a_4b_x
+    t218 = c_4 * t166 + s_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t119
+    omega_4_z = qd_4 + t93
     # link 4 (wrist_roll): products of angular velocity
-    t247 = t220 * omega_4r_y
-    w_4_xy = -t247
-    t249 = t220 * omega_4_z
-    w_4_xx = t220 * t220
+    t222 = t195 * omega_4r_y
+    w_4_xy = -t222
+    t224 = t195 * omega_4_z
+    w_4_xx = t195 * t195
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    alpha_4_y = U_4r_x + t249
-    alpha_4_z = qdd_4 + t132
+    alpha_4_y = U_4r_x + t224
+    alpha_4_z = qdd_4 + t106
     # link 4 (wrist_roll): acceleration field U
-    t254 = t247 + alpha_4_z
-    t255 = w_4_xx + w_4_zz
-    t256 = t249 + alpha_4_y
-    t260 = c_4 * t133 + s_4 * t138 - 2.0 * (omega_4r_y * omega_4_z)
+    t229 = t222 + alpha_4_z
+    t230 = w_4_xx + w_4_zz
+    t231 = t224 + alpha_4_y
+    t235 = c_4 * t107 + s_4 * t112 - 2.0 * (omega_4r_y * omega_4_z)
     # derivative: link 4 (wrist_roll): Newton, inertial force
-    t263 = p_wrist_bend_mass * t254
-    t264 = p_wrist_roll_com_z * t254
-    t265 = p_wrist_roll_mass * t254
-    t268 = p_wrist_bend_mass * t255
-    t269 = p_wrist_roll_com_z * t255
-    t270 = p_wrist_roll_mass * t255
-    t273 = p_wrist_bend_mass * t260
-    t275 = p_wrist_roll_com_z * t260
-    t276 = p_wrist_roll_mass * t260
+    t238 = p_wrist_bend_mass * t229
+    t239 = p_wrist_roll_com_z * t229
+    t240 = p_wrist_roll_mass * t229
+    t243 = p_wrist_bend_mass * t230
+    t244 = p_wrist_roll_com_z * t230
+    t245 = p_wrist_roll_mass * t230
+    t248 = p_wrist_bend_mass * t235
+    t250 = p_wrist_roll_com_z * t235
+    t251 = p_wrist_roll_mass * t235
     # link 4 (wrist_roll): Euler, inertial moment
-    t278 = t134 - t255
+    t253 = t108 - t230
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t280 = t75 * t278
-    t286 = J_4_y1 * U_2r_y
-    t291 = t260 * -0.5
-    t294 = 0.5 * t260
-    t296 = t73 * t260 + (t74 * t278 + p_wrist_roll_com_z * a_4b_z)
-    t298 = t76 * t278 + p_wrist_roll_mass * a_4b_z - t71 * t260
-    t299 = t256 * -0.5
-    t301 = 0.5 * t256
-    t303 = t75 * t254
-    t304 = t76 * t254
-    t305 = t69 * t256 + t74 * t254
-    t309 = t75 * U_4r_x
-    t319 = J_4_y1 * t237
-    t321 = alpha_4_z * (t69 - t73) + t74 * U_4r_x - t247 * (t69 + t73)
-    t322 = p_wrist_roll_com_z * t235 + t321
-    t325 = t71 * t254 + (t76 * U_4r_x + p_wrist_roll_mass * t235)
+    t255 = t48 * t253
+    t261 = J_4_y1 * U_2r_y
+    t264 = t235 * -0.5
+    t269 = 0.5 * t235
+    t271 = t50 * t253 + p_wrist_roll_com_z * a_4b_z - t47 * t235
+    t273 = t51 * t253 + p_wrist_roll_mass * a_4b_z - t49 * t235
+    t274 = t231 * -0.5
+    t275 = 0.5 * t231
+    t276 = t50 * t229
+    t277 = t48 * t229
+    t278 = t51 * t229
+    t280 = t48 * U_4r_x
+    t288 = J_4_y1 * t212
+    t291 = t47 * t229 + (t50 * U_4r_x + p_wrist_roll_com_z * t210)
+    t294 = t49 * t229 + (t51 * U_4r_x + p_wrist_roll_mass * t210)
     # link 5 (wrist_bend): angular velocity of link 4
-    t328 = s_5 * omega_4_z + c_5 * t220
-    omega_5r_y = s_5 * t220 - c_5 * omega_4_z
+    t297 = s_5 * omega_4_z + c_5 * t195
+    omega_5r_y = s_5 * t195 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    U_5r_x = s_5 * t260 - c_5 * t254
+    U_5r_x = s_5 * t235 - c_5 * t229
     # derivative: link 5 (wrist_bend): acceleration
-    t338 = s_5 * U_2r_y
+    t307 = s_5 * U_2r_y
     # link 5 (wrist_bend): acceleration
-    t344 = s_5 * a_4b_z + c_5 * t235
+    t313 = s_5 * a_4b_z + c_5 * t210
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t349 = t328 * omega_5r_y
-    t350 = t328 * omega_5_z
-    w_5_xx = t328 * t328
+    t318 = t297 * omega_5r_y
+    t319 = t297 * omega_5_z
+    w_5_xx = t297 * t297
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): angular acceleration
-    alpha_5_y = U_5r_x + t350
+    alpha_5_y = U_5r_x + t319
     alpha_5_z = qdd_5 + alpha_4_y
     # link 5 (wrist_bend): acceleration field U
-    t355 = t349 + alpha_5_z
-    t356 = w_5_xx + w_5_zz
-    t357 = t350 + alpha_5_y
-    t361 = c_5 * t260 + s_5 * t254 - 2.0 * (omega_5r_y * omega_5_z)
+    t324 = t318 + alpha_5_z
+    t325 = w_5_xx + w_5_zz
+    t326 = t319 + alpha_5_y
+    t330 = c_5 * t235 + s_5 * t229 - 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_x = t57 * t355
+    F_5_x = t44 * t324
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t363 = p_hand_com_z * t355
-    t364 = p_hand_mass * t355
-    t365 = p_wrist_bend_com_z * t355
-    t366 = p_wrist_bend_mass * t355
+    t332 = p_hand_com_z * t324
+    t333 = p_hand_mass * t324
+    t334 = p_wrist_bend_com_z * t324
+    t335 = p_wrist_bend_mass * t324
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_y = t57 * t356
+    F_5_y = t44 * t325
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t368 = p_hand_com_z * t356
-    t369 = p_hand_mass * t356
-    t370 = p_wrist_bend_com_z * t356
-    t371 = p_wrist_bend_mass * t356
+    t337 = p_hand_com_z * t325
+    t338 = p_hand_mass * t325
+    t339 = p_wrist_bend_com_z * t325
+    t340 = p_wrist_bend_mass * t325
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_z = t57 * t361
+    F_5_z = t44 * t330
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t373 = p_hand_com_z * t361
-    t374 = p_hand_mass * t361
-    t376 = p_wrist_bend_mass * t361
+    t342 = p_hand_com_z * t330
+    t343 = p_hand_mass * t330
+    t345 = p_wrist_bend_mass * t330
     # link 5 (wrist_bend): Euler, inertial moment
-    t377 = t255 - t356
+    t346 = t230 - t325
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t379 = t55 * t377
-    t381 = -0.5 * t361
-    t390 = t57 * (t239 + s_4 * w_1_zz)
-    t392 = c_4 * (t57 * s_2)
-    t393 = t57 * (t239 - s_4 * U_3_xx)
-    t395 = p_wrist_bend_com_z * t243 + (t54 * t377 - t53 * t361)
-    t397 = p_wrist_bend_mass * t243 + (J_5_z1 * t377 - t51 * t361)
-    t398 = t35 * t361 - p_hand_com_z * t243
-    t399 = t38 * t361 - p_hand_mass * t243
-    t401 = t55 * t355
-    t402 = J_5_z1 * t355
-    t403 = -0.5 * t357
-    t405 = 0.5 * t357
-    t406 = t54 * t355 - t48 * t357
-    t408 = t55 * U_5r_x
-    t410 = p_hand_com_z * t344
-    t411 = p_hand_mass * t344
-    t414 = t57 * (t338 - c_5 * t236)
-    t415 = t57 * (c_2 * s_5 + c_5 * t231)
-    t416 = t57 * (t338 - c_5 * t237)
-    t421 = t35 * t355
-    t422 = t410 - t421
-    t424 = t38 * t355
-    t425 = t411 - t424
-    t428 = t54 * U_5r_x - p_wrist_bend_com_z * t344 - alpha_5_z * (t48 - t53)
-    t429 = t349 * (t48 + t53) + t428
-    t432 = t51 * t355 + (J_5_z1 * U_5r_x - p_wrist_bend_mass * t344)
+    t348 = t40 * t346
+    t350 = -0.5 * t330
+    t359 = t44 * (t214 + s_4 * w_1_zz)
+    t361 = c_4 * (t44 * s_2)
+    t362 = t44 * (t214 - s_4 * U_3_xx)
+    t364 = p_wrist_bend_com_z * t218 + (t42 * t346 - t39 * t330)
+    t366 = p_wrist_bend_mass * t218 + (J_5_z1 * t346 - t41 * t330)
+    t367 = t35 * t330 - p_hand_com_z * t218
+    t368 = t38 * t330 - p_hand_mass * t218
+    t369 = t42 * t324
+    t370 = t40 * t324
+    t371 = J_5_z1 * t324
+    t372 = -0.5 * t326
+    t373 = 0.5 * t326
+    t375 = t40 * U_5r_x
+    t377 = p_hand_com_z * t313
+    t378 = p_hand_mass * t313
+    t381 = t44 * (t307 - c_5 * t211)
+    t382 = t44 * (c_2 * s_5 + c_5 * t206)
+    t383 = t44 * (t307 - c_5 * t212)
+    t384 = t35 * t324
+    t385 = t377 - t384
+    t387 = t38 * t324
+    t388 = t378 - t387
+    t392 = t39 * t324 + (t42 * U_5r_x - p_wrist_bend_com_z * t313)
+    t395 = t41 * t324 + (J_5_z1 * U_5r_x - p_wrist_bend_mass * t313)
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t328
-    omega_6r_y = s_6 * t328 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t297
+    omega_6r_y = s_6 * t297 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): products of angular velocity
@@ -12787,205 +12734,205 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     # link 6 (hand): angular acceleration
     alpha_6_z = qdd_6 - alpha_5_y
     # link 6 (hand): acceleration field U
-    t451 = s_6 * t361 + c_6 * t355 - 2.0 * (omega_6r_x * omega_6_z)
-    t455 = c_6 * t361 - s_6 * t355 - 2.0 * (omega_6r_y * omega_6_z)
+    t414 = s_6 * t330 + c_6 * t324 - 2.0 * (omega_6r_x * omega_6_z)
+    t418 = c_6 * t330 - s_6 * t324 - 2.0 * (omega_6r_y * omega_6_z)
     # derivative: link 6 (hand): Euler, inertial moment
-    t456 = -0.5 * t455
-    t457 = 0.5 * t455
-    t458 = -0.5 * t451
-    t459 = 0.5 * t451
+    t419 = -0.5 * t418
+    t420 = 0.5 * t418
+    t421 = -0.5 * t414
+    t422 = 0.5 * t414
     # derivative: link 6 (hand): moment, before its turn
-    t461 = s_6 * t459
-    t463 = c_6 * t456
-    t465 = c_6 * t459
-    t467 = s_6 * t456
+    t424 = s_6 * t422
+    t426 = c_6 * t419
+    t428 = c_6 * t422
+    t430 = s_6 * t419
     # derivative: link 5 (wrist_bend): moment from link 4
-    t469 = 0.5 * t361
-    t471 = t461 - t463 - t469
-    t473 = t469 + (s_6 * t458 - t463)
-    t475 = t469 + (t461 - c_6 * t457)
-    t476 = 0.5 * t355
-    t478 = t465 + t467 - t476
-    t480 = t476 + (t465 + s_6 * t457)
-    t482 = t476 + (c_6 * t458 + t467)
+    t432 = 0.5 * t330
+    t434 = t424 - t426 - t432
+    t436 = t432 + (s_6 * t421 - t426)
+    t438 = t432 + (t424 - c_6 * t420)
+    t439 = 0.5 * t324
+    t441 = t428 + t430 - t439
+    t443 = t439 + (t428 + s_6 * t420)
+    t445 = t439 + (c_6 * t421 + t430)
     # derivative: link 5 (wrist_bend): force, before its turn
-    t493 = s_5 * t368 - c_5 * t363
-    t494 = s_5 * t369 - c_5 * t364
-    t495 = s_5 * t371 - c_5 * t366
-    t506 = c_5 * t368 + s_5 * t363
+    t456 = s_5 * t337 - c_5 * t332
+    t457 = s_5 * t338 - c_5 * t333
+    t458 = s_5 * t340 - c_5 * t335
+    t469 = c_5 * t337 + s_5 * t332
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t512 = s_5 * w_6_xy
-    t514 = c_5 * t398
-    t515 = c_5 * t399
-    t522 = c_5 * t381
-    t526 = s_5 * t402 - c_5 * t397
-    t527 = t512 - c_5 * t475
-    t528 = t512 + c_5 * t473
-    t529 = s_5 * alpha_6_z - c_5 * t471
-    t535 = c_5 * w_6_xy
-    t537 = s_5 * t398
-    t538 = s_5 * t399
-    t543 = s_5 * t393
-    t545 = s_5 * t381
-    t547 = s_5 * t473
-    t549 = c_5 * t402 + s_5 * t397
-    t550 = t535 + s_5 * t475
-    t552 = c_5 * alpha_6_z + s_5 * t471
+    t475 = s_5 * w_6_xy
+    t477 = c_5 * t367
+    t478 = c_5 * t368
+    t485 = c_5 * t350
+    t489 = s_5 * t371 - c_5 * t366
+    t490 = t475 - c_5 * t438
+    t491 = t475 + c_5 * t436
+    t492 = s_5 * alpha_6_z - c_5 * t434
+    t498 = c_5 * w_6_xy
+    t500 = s_5 * t367
+    t501 = s_5 * t368
+    t506 = s_5 * t362
+    t508 = s_5 * t350
+    t510 = s_5 * t436
+    t512 = c_5 * t371 + s_5 * t366
+    t513 = t498 + s_5 * t438
+    t515 = c_5 * alpha_6_z + s_5 * t434
     # derivative: link 4 (wrist_roll): force from link 3
-    t556 = p_wrist_bend_com_y * t254 + s_5 * t370 - c_5 * t365
-    t558 = p_wrist_bend_com_y * t255 - p_wrist_bend_com_z * t361
-    t559 = c_5 * t369 + s_5 * t364
-    t562 = s_5 * t365 + (p_wrist_bend_com_y * t260 + c_5 * t370)
-    t563 = c_5 * t371 + s_5 * t366
+    t519 = p_wrist_bend_com_y * t229 + s_5 * t339 - c_5 * t334
+    t521 = p_wrist_bend_com_y * t230 - p_wrist_bend_com_z * t330
+    t522 = c_5 * t338 + s_5 * t333
+    t525 = s_5 * t334 + (p_wrist_bend_com_y * t235 + c_5 * t339)
+    t526 = c_5 * t340 + s_5 * t335
     # derivative: link 4 (wrist_roll): moment from link 3
-    t566 = p_wrist_bend_com_y * a_4b_z - t60 * t260 - s_5 * t406
-    t567 = c_5 * t395 + t566
-    t568 = t286 - c_5 * t390
-    t569 = J_4_y1 * c_2 + c_5 * t392
-    t570 = t286 - c_5 * t393
-    t572 = p_wrist_bend_mass * a_4b_z - t59 * t260 - s_5 * t401
-    t573 = c_5 * t379 + t572
-    t575 = t522 + (t294 - s_5 * t405)
-    t577 = t294 + s_5 * t403 - t522
-    t580 = p_wrist_bend_com_y * t235 - c_5 * t406 - s_5 * t395
-    t581 = t60 * t254 + t580
-    t585 = t59 * t254 + (p_wrist_bend_mass * t235 - c_5 * t401 - s_5 * t379)
-    t587 = 0.5 * t254
-    t589 = t587 + (c_5 * t405 + t545)
-    t591 = c_5 * t403 + t545
-    t595 = J_4_y1 * t236 - s_5 * t390
-    t596 = J_4_y1 * t231 - s_5 * t392
+    t529 = p_wrist_bend_com_y * a_4b_z - t45 * t235 - s_5 * t369
+    t530 = c_5 * t364 + t529
+    t531 = t261 - c_5 * t359
+    t532 = J_4_y1 * c_2 + c_5 * t361
+    t533 = t261 - c_5 * t362
+    t535 = p_wrist_bend_mass * a_4b_z - t46 * t235 - s_5 * t370
+    t536 = c_5 * t348 + t535
+    t538 = t485 + (t269 - s_5 * t373)
+    t540 = t269 + s_5 * t372 - t485
+    t543 = p_wrist_bend_com_y * t210 - c_5 * t369 - s_5 * t364
+    t544 = t45 * t229 + t543
+    t548 = t46 * t229 + (p_wrist_bend_mass * t210 - c_5 * t370 - s_5 * t348)
+    t550 = 0.5 * t229
+    t552 = t550 + (c_5 * t373 + t508)
+    t554 = c_5 * t372 + t508
+    t558 = J_4_y1 * t211 - s_5 * t359
+    t559 = J_4_y1 * t206 - s_5 * t361
     # derivative: link 4 (wrist_roll): force, before its turn
-    t633 = s_4 * t556 + c_4 * t558
-    t634 = s_4 * t263 + c_4 * t268
-    t635 = s_4 * t264 + c_4 * t269
-    t636 = s_4 * t265 + c_4 * t270
-    t637 = s_4 * t493 - c_4 * t373
-    t638 = s_4 * t494 - c_4 * t374
-    t639 = s_4 * t495 - c_4 * t376
+    t596 = s_4 * t519 + c_4 * t521
+    t597 = s_4 * t238 + c_4 * t243
+    t598 = s_4 * t239 + c_4 * t244
+    t599 = s_4 * t240 + c_4 * t245
+    t600 = s_4 * t456 - c_4 * t342
+    t601 = s_4 * t457 - c_4 * t343
+    t602 = s_4 * t458 - c_4 * t345
     # derivative: link 4 (wrist_roll): moment, before its turn
-    t642 = c_4 * t291
-    t661 = s_4 * t301
-    t678 = s_4 * t291
-    t697 = c_4 * t301
+    t603 = c_4 * t264
+    t624 = s_4 * t275
+    t639 = s_4 * t264
+    t660 = c_4 * t275
     # derivative: link 3 (boom): force from link 2
-    t735 = s_4 * t269 + (p_wrist_roll_com_y * t138 + a_4b_x - c_4 * t264)
-    t738 = t191 + t633
-    t740 = t635 + (p_wrist_roll_com_y * t133 + t191)
-    t741 = t191 + t637
-    t742 = a_4b_z - t562
-    t744 = p_wrist_roll_com_y * t134 + a_4b_z - t275
-    t745 = a_4b_z - t506
+    t698 = s_4 * t244 + (p_wrist_roll_com_y * t112 + a_4b_x - c_4 * t239)
+    t701 = t166 + t596
+    t703 = t598 + (p_wrist_roll_com_y * t107 + t166)
+    t704 = t166 + t600
+    t705 = a_4b_z - t525
+    t707 = p_wrist_roll_com_y * t108 + a_4b_z - t250
+    t708 = a_4b_z - t469
     # derivative: link 3 (boom): moment, in frame 2
-    t752 = q_3 * J_3_11
-    t760 = t214 - s_4 * t567 - c_4 * t429 - p_boom_dh_a * t562
-    t764 = c_4 * t422 + (t214 + s_4 * t514) - p_boom_dh_a * t506
-    t770 = p_boom_dh_a * t273 + (s_4 * t573 + c_4 * t408) - q_3 * (c_4 * t263 - s_4 * t268)
-    t773 = p_boom_dh_a * t276 + (s_4 * t298 + c_4 * t304) - q_3 * (c_4 * t265 - s_4 * t270)
-    t776 = q_3 * (c_4 * t494 + s_4 * t374) + (s_4 * t515 + c_4 * t425 - p_boom_dh_a * t559)
-    t779 = q_3 * (c_4 * t495 + s_4 * t376) + (s_4 * t526 - c_4 * t432 - p_boom_dh_a * t563)
-    t792 = t89 * U_3_yx - q_3 * t187
+    t715 = q_3 * J_3_11
+    t723 = t189 - s_4 * t530 - c_4 * t392 - p_boom_dh_a * t525
+    t727 = c_4 * t385 + (t189 + s_4 * t477) - p_boom_dh_a * t469
+    t733 = p_boom_dh_a * t248 + (s_4 * t536 + c_4 * t375) - q_3 * (c_4 * t238 - s_4 * t243)
+    t736 = p_boom_dh_a * t251 + (s_4 * t273 + c_4 * t278) - q_3 * (c_4 * t240 - s_4 * t245)
+    t739 = q_3 * (c_4 * t457 + s_4 * t343) + (s_4 * t478 + c_4 * t388 - p_boom_dh_a * t522)
+    t742 = q_3 * (c_4 * t458 + s_4 * t345) + (s_4 * t489 - c_4 * t395 - p_boom_dh_a * t526)
+    t755 = t63 * U_3_yx - q_3 * t162
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t816 = p_wrist_roll_com_y * a_3_x + (t80 * t138 - t84 * t144)
-    t820 = t214 + t816 - s_4 * t296 - c_4 * t305 - p_boom_dh_a * t275
-    t822 = t162 - a_3_x
-    t827 = t79 * t138 - t85 * t144 - s_4 * t280 - c_4 * t303 - p_wrist_roll_mass * t822
-    t830 = t214 + (t92 * t138 + t86 * t144 - p_boom_com_z * a_3_x)
-    t837 = J_3_11 * a_3_z - J_4_y1 * t260 - c_5 * F_5_y - s_5 * F_5_x
-    t840 = U_3_xx * t752 + (t89 * t144 + s_4 * t570 - c_4 * t416)
+    t779 = p_wrist_roll_com_y * a_3_x + (t53 * t112 - t58 * t119)
+    t783 = t189 + t779 - s_4 * t271 - c_4 * t276 - p_boom_dh_a * t250
+    t785 = t137 - a_3_x
+    t790 = t54 * t112 - t59 * t119 - s_4 * t255 - c_4 * t277 - p_wrist_roll_mass * t785
+    t793 = t189 + (t66 * t112 + t60 * t119 - p_boom_com_z * a_3_x)
+    t800 = J_3_11 * a_3_z - J_4_y1 * t235 - c_5 * F_5_y - s_5 * F_5_x
+    t803 = U_3_xx * t715 + (t63 * t119 + s_4 * t533 - c_4 * t383)
     # derivative: link 1 (shoulder_pan): moment from link 0
-    t849 = s_4 * (J_4_y1 * t254 + s_5 * F_5_y - c_5 * F_5_x) + (t89 * t133 + J_3_11 * t171)
-    t850 = c_4 * (J_4_y1 * t255 - F_5_z) + t849
+    t812 = s_4 * (J_4_y1 * t229 + s_5 * F_5_y - c_5 * F_5_x) + (t63 * t107 + J_3_11 * t146)
+    t813 = c_4 * (J_4_y1 * t230 - F_5_z) + t812
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t872 = t92 * t133 + (q_3 * t192 + (t86 * U_3_yx - p_boom_com_z * t171))
-    t875 = p_wrist_roll_com_y * t171 - t84 * U_3_yx - c_4 * t296
-    t881 = p_wrist_roll_mass * t171 - t85 * U_3_yx - c_4 * t280
-    t888 = t93 * t133 + (q_3 * t186 + (t88 * U_3_yx - p_boom_mass * t171))
-    t889 = 0.5 * t133
+    t835 = t66 * t107 + (q_3 * t167 + (t60 * U_3_yx - p_boom_com_z * t146))
+    t838 = p_wrist_roll_com_y * t146 - t58 * U_3_yx - c_4 * t271
+    t844 = p_wrist_roll_mass * t146 - t59 * U_3_yx - c_4 * t255
+    t851 = t67 * t107 + (q_3 * t161 + (t62 * U_3_yx - p_boom_mass * t146))
+    t852 = t107 * 0.5
     # derivative: link 2 (shoulder_tilt): moment, before its turn
-    t933 = c_2 * (p_boom_dh_a * t635 + (t84 * t133 + t216 - t322))
-    t946 = c_2 * t247
-    t953 = s_2 * (q_3 * (p_boom_com_z * t138 - a_4b_x) + t830)
-    t954 = s_2 * (p_boom_mass * t822 + (t93 * t138 + t88 * t144))
-    t962 = s_2 * (t760 - q_3 * (s_4 * t558 + (a_4b_x - c_4 * t556)))
-    t963 = s_2 * (t764 - q_3 * (a_4b_x - c_4 * t493 - s_4 * t373))
+    t896 = c_2 * (p_boom_dh_a * t598 + (t58 * t107 + t191 - t291))
+    t909 = c_2 * t222
+    t916 = s_2 * (q_3 * (p_boom_com_z * t112 - a_4b_x) + t793)
+    t917 = s_2 * (p_boom_mass * t785 + (t67 * t112 + t62 * t119))
+    t925 = s_2 * (t723 - q_3 * (s_4 * t521 + (a_4b_x - c_4 * t519)))
+    t926 = s_2 * (t727 - q_3 * (a_4b_x - c_4 * t456 - s_4 * t342))
     # derivative: link 2 (shoulder_tilt): moment, in frame 1
-    t974 = p_shoulder_tilt_dh_d * (c_2 * t187 + s_2 * t199)
-    t975 = p_shoulder_tilt_dh_d * (c_2 * t192 - s_2 * (t196 - a_4b_z))
-    t987 = p_shoulder_tilt_dh_d * (c_2 * t184 - s_2 * t195) + (s_2 * t827 - c_2 * (t85 * t133 - t309))
-    t989 = t133 * (t88 * c_2) + t954 - p_shoulder_tilt_dh_d * (c_2 * t186 - s_2 * t197)
-    t990 = s_2 * (c_4 * t415 + (J_3_x1 * c_2 - s_4 * t569)) - c_2 * (J_3_x1 * s_2 - t596)
-    t991 = p_shoulder_tilt_dh_d * (c_2 * t190 - s_2 * t203) + t990
-    t994 = p_shoulder_tilt_dh_d * (c_2 * t636 + s_2 * t276) + (c_2 * (t325 - p_boom_dh_a * t636) - s_2 * t773)
-    t995 = s_2 * (s_4 * t577 - c_4 * t349) - c_2 * (t591 - t587)
-    t997 = p_shoulder_tilt_dh_d * (c_2 * t634 + s_2 * t273) + (c_2 * (t585 - p_boom_dh_a * t634) - s_2 * t770)
-    t999 = -(c_2 * t589 + s_2 * (s_4 * t575 + c_4 * alpha_5_z))
-    t1003 = p_shoulder_tilt_dh_d * (c_2 * t639 + s_2 * t563) + (s_2 * t779 - c_2 * (t549 + p_boom_dh_a * t639))
-    t1005 = s_2 * (s_4 * t528 - c_4 * t482) - c_2 * (t535 - t547)
-    t1008 = p_shoulder_tilt_dh_d * (c_2 * t638 + s_2 * t559) + (c_2 * (t538 - p_boom_dh_a * t638) + s_2 * t776)
+    t937 = p_shoulder_tilt_dh_d * (c_2 * t162 + s_2 * t174)
+    t938 = p_shoulder_tilt_dh_d * (c_2 * t167 - s_2 * (t171 - a_4b_z))
+    t950 = p_shoulder_tilt_dh_d * (c_2 * t159 - s_2 * t170) + (s_2 * t790 - c_2 * (t59 * t107 - t280))
+    t952 = t107 * (t62 * c_2) + t917 - p_shoulder_tilt_dh_d * (c_2 * t161 - s_2 * t172)
+    t953 = s_2 * (c_4 * t382 + (J_3_x1 * c_2 - s_4 * t532)) - c_2 * (J_3_x1 * s_2 - t559)
+    t954 = p_shoulder_tilt_dh_d * (c_2 * t165 - s_2 * t178) + t953
+    t957 = p_shoulder_tilt_dh_d * (c_2 * t599 + s_2 * t251) + (c_2 * (t294 - p_boom_dh_a * t599) - s_2 * t736)
+    t958 = s_2 * (s_4 * t540 - c_4 * t318) - c_2 * (t554 - t550)
+    t960 = p_shoulder_tilt_dh_d * (c_2 * t597 + s_2 * t248) + (c_2 * (t548 - p_boom_dh_a * t597) - s_2 * t733)
+    t962 = -(c_2 * t552 + s_2 * (s_4 * t538 + c_4 * alpha_5_z))
+    t966 = p_shoulder_tilt_dh_d * (c_2 * t602 + s_2 * t526) + (s_2 * t742 - c_2 * (t512 + p_boom_dh_a * t602))
+    t968 = s_2 * (s_4 * t491 - c_4 * t445) - c_2 * (t498 - t510)
+    t971 = p_shoulder_tilt_dh_d * (c_2 * t601 + s_2 * t522) + (c_2 * (t501 - p_boom_dh_a * t601) + s_2 * t739)
     # derivative: link 1 (shoulder_pan): moment from link 0
-    t1012 = 2.0 * (J_3_11 * t116) - c_2 * (t319 - t543 + t850) - s_2 * (t840 - t837)
-    t1016 = p_shoulder_tilt_dh_d * (c_2 * t740 - s_2 * t744) + (s_2 * (t820 - q_3 * t735) + (t117 - t933))
-    t1020 = qdd_1 * 0.5
-    t1022 = 0.5 * (c_2 * (t129 - t132))
-    t1023 = t1020 + t1022
-    t1024 = 0.5 * (s_2 * t138)
-    t1025 = t1024 - t1023
-    t1027 = t1020 - s_2 * t143 - t1022
-    t1028 = t1023 + t1024
-    t1030 = t962 + (t117 - c_2 * (p_boom_dh_a * t633 + (t216 - t581)))
-    t1031 = p_shoulder_tilt_dh_d * (c_2 * t738 - s_2 * t742) + t1030
-    t1033 = t963 + (t117 - c_2 * (p_boom_dh_a * t637 + (t216 - t537)))
-    t1034 = p_shoulder_tilt_dh_d * (c_2 * t741 - s_2 * t745) + t1033
-    t1038 = c_4 * t414 + (t89 * t134 - s_4 * t568) - w_1_zz * (t89 - t752)
-    t1049 = t112 + t974 - s_2 * (t837 + t1038 + 2.0 * (J_3_x1 * U_2r_y))
-    t1050 = c_2 * (t595 + t850 - 2.0 * (J_3_x1 * U_3_yx)) + t1049
-    out[0 * S + k] = t991
+    t975 = 2.0 * (J_3_11 * t90) - c_2 * (t288 - t506 + t813) - s_2 * (t803 - t800)
+    t979 = p_shoulder_tilt_dh_d * (c_2 * t703 - s_2 * t707) + (s_2 * (t783 - q_3 * t698) + (t91 - t896))
+    t983 = qdd_1 * 0.5
+    t985 = 0.5 * (c_2 * (t103 - t106))
+    t986 = t983 + t985
+    t987 = 0.5 * (s_2 * t112)
+    t988 = t987 - t986
+    t990 = t983 - s_2 * t118 - t985
+    t991 = t986 + t987
+    t993 = t925 + (t91 - c_2 * (p_boom_dh_a * t596 + (t191 - t544)))
+    t994 = p_shoulder_tilt_dh_d * (c_2 * t701 - s_2 * t705) + t993
+    t996 = t926 + (t91 - c_2 * (p_boom_dh_a * t600 + (t191 - t500)))
+    t997 = p_shoulder_tilt_dh_d * (c_2 * t704 - s_2 * t708) + t996
+    t1001 = c_4 * t381 + (t63 * t108 - s_4 * t531) - w_1_zz * (t63 - t715)
+    t1012 = t88 + t937 - s_2 * (t800 + t1001 + 2.0 * (J_3_x1 * U_2r_y))
+    t1013 = c_2 * (t558 + t813 - 2.0 * (J_3_x1 * U_3_yx)) + t1012
+    out[0 * S + k] = t954
     out[1 * S + k] = 0.0
-    out[2 * S + k] = t1050
-    out[3 * S + k] = t1012 - t974
-    out[4 * S + k] = p_shoulder_pan_com_z * t108
+    out[2 * S + k] = t1013
+    out[3 * S + k] = t975 - t937
+    out[4 * S + k] = p_shoulder_pan_com_z * t82
     out[5 * S + k] = 0.0
-    out[6 * S + k] = 2.0 * (p_shoulder_pan_mass * t108)
+    out[6 * S + k] = 2.0 * (p_shoulder_pan_mass * t82)
     out[7 * S + k] = 0.0
     out[8 * S + k] = qdd_1
     out[9 * S + k] = 0.0
-    out[10 * S + k] = qdd_1 * t98
-    out[11 * S + k] = t112
-    out[12 * S + k] = t1028
-    out[13 * S + k] = t1025
-    out[14 * S + k] = t1027
-    out[15 * S + k] = t953 + (t117 + c_2 * (t86 * t133 - t216)) - t975
-    out[16 * S + k] = t989
-    out[17 * S + k] = t1025
-    out[18 * S + k] = t1028
-    out[19 * S + k] = t1027
-    out[20 * S + k] = t1016
-    out[21 * S + k] = t987
-    out[22 * S + k] = t994
-    out[23 * S + k] = t946 + s_2 * (t143 - t678 - c_4 * t299)
-    out[24 * S + k] = c_2 * alpha_4_z - s_2 * (t697 + (t143 + t678))
-    out[25 * S + k] = s_2 * (t143 - s_4 * t294 - t697) - t946
-    out[26 * S + k] = t1031
-    out[27 * S + k] = t997
-    out[28 * S + k] = t1003
-    out[29 * S + k] = t995
-    out[30 * S + k] = t999
-    out[31 * S + k] = t1034
-    out[32 * S + k] = t1008
-    out[33 * S + k] = t1005
-    out[34 * S + k] = c_2 * t550 - s_2 * (s_4 * t527 + c_4 * t480)
-    out[35 * S + k] = c_2 * t552 - s_2 * (s_4 * t529 + c_4 * t478)
+    out[10 * S + k] = qdd_1 * t72
+    out[11 * S + k] = t88
+    out[12 * S + k] = t991
+    out[13 * S + k] = t988
+    out[14 * S + k] = t990
+    out[15 * S + k] = t916 + (t91 + c_2 * (t60 * t107 - t191)) - t938
+    out[16 * S + k] = t952
+    out[17 * S + k] = t988
+    out[18 * S + k] = t991
+    out[19 * S + k] = t990
+    out[20 * S + k] = t979
+    out[21 * S + k] = t950
+    out[22 * S + k] = t957
+    out[23 * S + k] = t909 + s_2 * (t118 - t639 - c_4 * t274)
+    out[24 * S + k] = c_2 * alpha_4_z - s_2 * (t660 + (t118 + t639))
+    out[25 * S + k] = s_2 * (t118 - s_4 * t269 - t660) - t909
+    out[26 * S + k] = t994
+    out[27 * S + k] = t960
+    out[28 * S + k] = t966
+    out[29 * S + k] = t958
+    out[30 * S + k] = t962
+    out[31 * S + k] = t997
+    out[32 * S + k] = t971
+    out[33 * S + k] = t968
+    out[34 * S + k] = c_2 * t513 - s_2 * (s_4 * t490 + c_4 * t443)
+    out[35 * S + k] = c_2 * t515 - s_2 * (s_4 * t492 + c_4 * t441)
     out[36 * S + k] = qdd_1
     out[37 * S + k] = 0.0
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
     out[41 * S + k] = 0.0
-    out[42 * S + k] = t89 * s_2 - c_4 * t569 - s_4 * t415 - q_3 * t190
+    out[42 * S + k] = t63 * s_2 - c_4 * t532 - s_4 * t382 - q_3 * t165
     out[43 * S + k] = 0.0
-    out[44 * S + k] = t792 + (c_4 * t568 + s_4 * t414)
-    out[45 * S + k] = -(t792 + (c_4 * t570 + s_4 * t416))
+    out[44 * S + k] = t755 + (c_4 * t531 + s_4 * t381)
+    out[45 * S + k] = -(t755 + (c_4 * t533 + s_4 * t383))
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -12994,40 +12941,40 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[51 * S + k] = 0.0
     out[52 * S + k] = 0.0
     out[53 * S + k] = 0.0
-    out[54 * S + k] = t154
+    out[54 * S + k] = t129
     out[55 * S + k] = qdd_2
     out[56 * S + k] = w_2_xy
-    out[57 * S + k] = t872
-    out[58 * S + k] = t888
+    out[57 * S + k] = t835
+    out[58 * S + k] = t851
     out[59 * S + k] = qdd_2
-    out[60 * S + k] = t154
+    out[60 * S + k] = t129
     out[61 * S + k] = w_2_xy
-    out[62 * S + k] = t80 * t133 + (s_4 * t305 + t875 - q_3 * t740)
-    out[63 * S + k] = t79 * t133 + (s_4 * t303 + t881 - q_3 * t184)
-    out[64 * S + k] = s_4 * t304 - c_4 * t298 - q_3 * t636
-    out[65 * S + k] = t889 + (s_4 * t299 - t642)
-    out[66 * S + k] = t661 - t642 - t889
-    out[67 * S + k] = t889 + (t661 - c_4 * t294)
-    out[68 * S + k] = s_4 * t429 - c_4 * t567 - q_3 * t738
-    out[69 * S + k] = s_4 * t408 - c_4 * t573 - q_3 * t634
-    out[70 * S + k] = c_4 * t526 + s_4 * t432 - q_3 * t639
-    out[71 * S + k] = c_4 * t577 + s_4 * t349
-    out[72 * S + k] = s_4 * alpha_5_z - c_4 * t575
-    out[73 * S + k] = c_4 * t514 - s_4 * t422 - q_3 * t741
-    out[74 * S + k] = c_4 * t515 - s_4 * t425 - q_3 * t638
-    out[75 * S + k] = c_4 * t528 + s_4 * t482
-    out[76 * S + k] = s_4 * t480 - c_4 * t527
-    out[77 * S + k] = s_4 * t478 - c_4 * t529
+    out[62 * S + k] = t53 * t107 + (s_4 * t276 + t838 - q_3 * t703)
+    out[63 * S + k] = t54 * t107 + (s_4 * t277 + t844 - q_3 * t159)
+    out[64 * S + k] = s_4 * t278 - c_4 * t273 - q_3 * t599
+    out[65 * S + k] = t852 + (s_4 * t274 - t603)
+    out[66 * S + k] = t624 - t603 - t852
+    out[67 * S + k] = t852 + (t624 - c_4 * t269)
+    out[68 * S + k] = s_4 * t392 - c_4 * t530 - q_3 * t701
+    out[69 * S + k] = s_4 * t375 - c_4 * t536 - q_3 * t597
+    out[70 * S + k] = c_4 * t489 + s_4 * t395 - q_3 * t602
+    out[71 * S + k] = c_4 * t540 + s_4 * t318
+    out[72 * S + k] = s_4 * alpha_5_z - c_4 * t538
+    out[73 * S + k] = c_4 * t477 - s_4 * t385 - q_3 * t704
+    out[74 * S + k] = c_4 * t478 - s_4 * t388 - q_3 * t601
+    out[75 * S + k] = c_4 * t491 + s_4 * t445
+    out[76 * S + k] = s_4 * t443 - c_4 * t490
+    out[77 * S + k] = s_4 * t441 - c_4 * t492
     out[78 * S + k] = 0.0
     out[79 * S + k] = qdd_2
     out[80 * S + k] = 0.0
     out[81 * S + k] = 0.0
     out[82 * S + k] = 0.0
     out[83 * S + k] = 0.0
-    out[84 * S + k] = t203
+    out[84 * S + k] = t178
     out[85 * S + k] = 0.0
-    out[86 * S + k] = -t199
-    out[87 * S + k] = t199
+    out[86 * S + k] = -t174
+    out[87 * S + k] = t174
     out[88 * S + k] = 0.0
     out[89 * S + k] = 0.0
     out[90 * S + k] = 0.0
@@ -13039,24 +12986,24 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[96 * S + k] = 0.0
     out[97 * S + k] = 0.0
     out[98 * S + k] = 0.0
-    out[99 * S + k] = a_4b_z - t196
-    out[100 * S + k] = -t197
+    out[99 * S + k] = a_4b_z - t171
+    out[100 * S + k] = -t172
     out[101 * S + k] = 0.0
     out[102 * S + k] = 0.0
     out[103 * S + k] = 0.0
-    out[104 * S + k] = t744
-    out[105 * S + k] = t195
-    out[106 * S + k] = -t276
+    out[104 * S + k] = t707
+    out[105 * S + k] = t170
+    out[106 * S + k] = -t251
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = t742
-    out[111 * S + k] = -t273
-    out[112 * S + k] = -t563
+    out[110 * S + k] = t705
+    out[111 * S + k] = -t248
+    out[112 * S + k] = -t526
     out[113 * S + k] = 0.0
     out[114 * S + k] = 0.0
-    out[115 * S + k] = t745
-    out[116 * S + k] = -t559
+    out[115 * S + k] = t708
+    out[116 * S + k] = -t522
     out[117 * S + k] = 0.0
     out[118 * S + k] = 0.0
     out[119 * S + k] = 0.0
@@ -13066,10 +13013,10 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[123 * S + k] = 0.0
     out[124 * S + k] = 0.0
     out[125 * S + k] = 0.0
-    out[126 * S + k] = t596
+    out[126 * S + k] = t559
     out[127 * S + k] = 0.0
-    out[128 * S + k] = t595
-    out[129 * S + k] = t543 - t319
+    out[128 * S + k] = t558
+    out[129 * S + k] = t506 - t288
     out[130 * S + k] = 0.0
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
@@ -13086,32 +13033,32 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
     out[145 * S + k] = 0.0
-    out[146 * S + k] = t322
-    out[147 * S + k] = t309
-    out[148 * S + k] = t325
-    out[149 * S + k] = t247
+    out[146 * S + k] = t291
+    out[147 * S + k] = t280
+    out[148 * S + k] = t294
+    out[149 * S + k] = t222
     out[150 * S + k] = alpha_4_z
     out[151 * S + k] = w_4_xy
-    out[152 * S + k] = t581
-    out[153 * S + k] = t585
-    out[154 * S + k] = -t549
-    out[155 * S + k] = t587 - t591
-    out[156 * S + k] = -t589
-    out[157 * S + k] = t537
-    out[158 * S + k] = t538
-    out[159 * S + k] = t547 - t535
-    out[160 * S + k] = t550
-    out[161 * S + k] = t552
+    out[152 * S + k] = t544
+    out[153 * S + k] = t548
+    out[154 * S + k] = -t512
+    out[155 * S + k] = t550 - t554
+    out[156 * S + k] = -t552
+    out[157 * S + k] = t500
+    out[158 * S + k] = t501
+    out[159 * S + k] = t510 - t498
+    out[160 * S + k] = t513
+    out[161 * S + k] = t515
     out[162 * S + k] = 0.0
     out[163 * S + k] = 0.0
     out[164 * S + k] = 0.0
     out[165 * S + k] = qdd_4
     out[166 * S + k] = 0.0
     out[167 * S + k] = 0.0
-    out[168 * S + k] = -t415
+    out[168 * S + k] = -t382
     out[169 * S + k] = 0.0
-    out[170 * S + k] = t414
-    out[171 * S + k] = -t416
+    out[170 * S + k] = t381
+    out[171 * S + k] = -t383
     out[172 * S + k] = 0.0
     out[173 * S + k] = 0.0
     out[174 * S + k] = 0.0
@@ -13134,16 +13081,16 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[191 * S + k] = 0.0
     out[192 * S + k] = 0.0
     out[193 * S + k] = 0.0
-    out[194 * S + k] = t429
-    out[195 * S + k] = t408
-    out[196 * S + k] = t432
-    out[197 * S + k] = t349
+    out[194 * S + k] = t392
+    out[195 * S + k] = t375
+    out[196 * S + k] = t395
+    out[197 * S + k] = t318
     out[198 * S + k] = alpha_5_z
-    out[199 * S + k] = t421 - t410
-    out[200 * S + k] = t424 - t411
-    out[201 * S + k] = t482
-    out[202 * S + k] = t480
-    out[203 * S + k] = t478
+    out[199 * S + k] = t384 - t377
+    out[200 * S + k] = t387 - t378
+    out[201 * S + k] = t445
+    out[202 * S + k] = t443
+    out[203 * S + k] = t441
     out[204 * S + k] = 0.0
     out[205 * S + k] = 0.0
     out[206 * S + k] = 0.0
@@ -13360,7 +13307,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     # link 6 (hand): composite body, before its turn
     C_6t_xx = s_6 * s_6 * 0.00014999999999999996 + c_6 * c_6 * 0.00014999999999999996
     # link 5 (wrist_bend): composite body
-    C_5_xx = C_6t_xx - 0.0013000000000000002
+    C_5_xx = C_6t_xx - 0.0013
     # link 5 (wrist_bend): effort when joint 5 is accelerated
     M_5_5 = C_6t_xx + 0.0255661283
     m_5_5_f_x = c_5 * 0.079443
@@ -13386,7 +13333,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t82 = 0.0268661283 * t79 - C_5_xx * t79
     C_5t_xz = s_5 * 1.0697399999999999e-05
     # link 4 (wrist_roll): composite body
-    C_4_yy = C_6t_xx + 0.004349735599999999
+    C_4_yy = C_6t_xx + 0.0043497356
     t88 = C_5t_yz - 5.36544e-05
     # link 4 (wrist_roll): effort when joint 4 is accelerated
     M_4_4 = C_5t_xx + C_4_yy
@@ -13517,8 +13464,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     # link 5 (wrist_bend): moment from link 4
     t308 = 0.079443 * (c_4 * t206 - s_4 * t225) + 0.0268661283 * U_5_zy
     n_5_x = c_6 * N_6_x + (t308 + 1.0697399999999999e-05 * t276 - s_6 * N_6_y)
-    t315 = 1.0697399999999999e-05 * U_5_xy - 0.0013000000000000002 * U_5_zx
-    t316 = N_6_z + t315
+    t316 = N_6_z + (1.0697399999999999e-05 * U_5_xy - 0.0013 * U_5_zx)
     t319 = 0.0255661283 * t237 + 1.0697399999999999e-05 * t255
     t324 = t319 + 0.079443 * (s_5 * a_3_z + c_5 * t228) - t262 * 0.0281661283
     t326 = t324 - c_6 * N_6_y - s_6 * N_6_x
@@ -13530,11 +13476,11 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     f_4_y = F_4_y - 0.079443 * U_5_zy
     f_4_z = 0.029825999999999995 * U_4_zy - t329 - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t345 = 0.029825999999999995 * a_3_z + 0.004349735599999999 * U_4_zy
+    t345 = 0.029825999999999995 * a_3_z + 0.0043497356 * U_4_zy
     n_4_x = c_5 * n_5_x + (s_5 * t316 + (t345 - 5.36544e-05 * t246))
     n_4_y = 5.36544e-05 * U_4_xy - t326
-    t356 = 0.004349735599999999 * t185 - 5.36544e-05 * t221 - 0.029825999999999995 * t228
-    t360 = s_5 * n_5_x + (t356 - 0.004349735599999999 * t233 - c_5 * t316)
+    t356 = 0.0043497356 * t185 - 5.36544e-05 * t221 - 0.029825999999999995 * t228
+    t360 = s_5 * n_5_x + (t356 - 0.0043497356 * t233 - c_5 * t316)
     # link 4 (wrist_roll): force, before its turn
     f_4t_y = s_4 * f_4_x + c_4 * f_4_y
     # link 3 (boom): force from link 2
@@ -13586,7 +13532,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t503 = s_4 * t112 + t96 * 0.0406 - c_4 * t116 - 0.154 * t130
     t505 = c_2 * (t109 - c_2 * C_2_xx) + t503 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x)
     t509 = m_2_5_b_z * t429 + (t170 * t417 + (t505 - 0.154 * (t130 + 0.99638)))
-    t514 = t486 * t496 + (t445 * t457 + t509 - t467 * t476) - 1.4339328643999998
+    t514 = t486 * t496 + (t445 * t457 + t509 - t467 * t476) - 1.4339328644
     t524 = u_4 + t360 - t415 * t420 - t414 * t432
     t530 = t459 * t524 + (u_3 - f_3_z - t414 * t431)
     t537 = u_2 + w_2_xy * 4.279553293700001 - 2.7499110000000004 * t206
@@ -13666,7 +13612,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t677 = t246 * -0.005832
     t678 = 0.5 * t665
     t679 = -0.5 * t665
-    t686 = t246 * 4.968e-05 + a_4b_z * 0.0054 - t665 * 2.916e-05
+    t686 = t246 * 4.968e-05 + a_4b_z * 0.0054 - t665 * 2.9160000000000002e-05
     t693 = t246 * 0.009936 + 1.08 * a_4b_z - t665 * 0.011664
     t694 = -0.5 * t663
     t695 = 0.5 * t663
@@ -13674,7 +13620,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t698 = t662 * -0.005832
     t699 = t662 * 0.009936
     t700 = t639 * -0.005832
-    t710 = t233 * 2.916e-05 + t639 * 4.968e-05 + alpha_4_z * 2.916e-05
+    t710 = t233 * 2.9160000000000002e-05 + t639 * 4.968e-05 + alpha_4_z * 2.9160000000000002e-05
     t717 = t233 * 0.00320356 - t648 * 0.0566 + alpha_4_z * 0.00320356
     # link 5 (wrist_bend): acceleration field U along the axis
     t720 = s_5 * t665 + c_5 * t662
@@ -13715,7 +13661,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t765 = -0.079443 * (c_4 * t585 - s_4 * w_1_zz)
     t767 = 0.079443 * (s_2 * c_4)
     t768 = -0.079443 * (c_4 * U_3_yx - s_4 * U_3_xx)
-    t775 = t276 * 1.6979999999999997e-05 - t657 * 0.0003 + t743 * 8.999999999989919e-08
+    t775 = t276 * 1.6979999999999997e-05 - t657 * 0.0003 + t743 * 8.999999999999999e-08
     t782 = t276 * 0.035657999999999995 - t657 * 0.63 + t743 * 0.00037799999999999997
     t786 = t657 * 0.1554 - t743 * 0.024149160000000003
     t790 = t657 * 0.51 - t743 * 0.158508
@@ -13732,8 +13678,8 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t804 = t720 * -0.00018899999999999999
     t809 = t262 * 0.024149160000000003 - t730 * 0.1554 + alpha_5_z * 0.024149160000000003
     t814 = t262 * 0.158508 - t730 * 0.51 + alpha_5_z * 0.158508
-    t817 = t262 * 8.999999999989919e-08 - t720 * 1.6979999999999997e-05
-    t821 = t817 - t730 * 0.0003 + alpha_5_z * 8.999999999989919e-08
+    t817 = t262 * 8.999999999999999e-08 - t720 * 1.6979999999999997e-05
+    t821 = t817 - t730 * 0.0003 + alpha_5_z * 8.999999999999999e-08
     t824 = t262 * 0.00037799999999999997 - t720 * 0.035657999999999995
     t828 = t824 - t730 * 0.63 + alpha_5_z * 0.00037799999999999997
     t829 = -0.079443 * t731
@@ -13811,9 +13757,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t1014 = s_4 * t878 - c_4 * t760
     t1015 = s_4 * t879 - c_4 * t761
     # derivative: link 4 (wrist_roll): moment, before its turn
-    t1018 = c_4 * t678
+    t1016 = c_4 * t678
     t1037 = s_4 * t695
-    t1054 = s_4 * t678
+    t1052 = s_4 * t678
     t1073 = c_4 * t695
     # link 3 (boom): force from link 2
     t1102 = U_2_xy * -2.7499110000000004 - 6.470000000000001 * t608
@@ -13912,7 +13858,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t1545 = t477 * t1541 + (t475 * t1514 - t476 * t1534)
     t1552 = t456 * t1509 + t457 * t1534 - t458 * t1541 - t459 * t1545
     t1559 = t431 * t1545 + (t428 * t799 + t429 * t1534 - t430 * t1541)
-    t1568 = t555 * (t556 * 0.012210249999999999)
+    t1568 = t555 * (t556 * 0.01221025)
     t1570 = t496 * t1568
     t1574 = t476 * t1568 + t477 * t1570
     t1579 = t459 * t1574 + (t457 * t1568 + t458 * t1570)
@@ -14036,9 +13982,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t2035 = t429 * t2012 - t430 * t2018 - t431 * t2022 - t432 * t2028
     t2043 = t233 * t459
     t2046 = t233 * t458 + t477 * t2043
-    t2049 = t2046 + (t603 + t1018 - s_4 * t694)
+    t2049 = t2046 + (t603 + t1016 - s_4 * t694)
     t2052 = t476 * t2043 - (c_2 * t233 - t233 * t457)
-    t2054 = t2052 + (s_2 * (c_4 * t694 + (t595 + t1054)) + t496 * t2049)
+    t2054 = t2052 + (s_2 * (c_4 * t694 + (t595 + t1052)) + t496 * t2049)
     t2056 = t555 * -t2054
     t2058 = t475 * t2043
     t2059 = t233 * t456
@@ -14049,8 +13995,8 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t2071 = t2070 - t2068
     t2079 = t432 * t2071 - t429 * t2056 - t430 * t2061 - t431 * t2065
     t2087 = t459 * alpha_4_z
-    t2093 = t1037 + (t603 - t1018) - t458 * alpha_4_z - t477 * t2087
-    t2096 = c_2 * alpha_4_z - s_2 * (t1073 + (t597 + t1054)) - t457 * alpha_4_z
+    t2093 = t1037 + (t603 - t1016) - t458 * alpha_4_z - t477 * t2087
+    t2096 = c_2 * alpha_4_z - s_2 * (t1073 + (t597 + t1052)) - t457 * alpha_4_z
     t2099 = t555 * (t496 * t2093 + (t2096 - t476 * t2087))
     t2100 = t495 * t2093
     t2103 = t496 * t2099
@@ -14921,63 +14867,57 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     t50 = p_hand_com_z * p_hand_com_z
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
-    t54 = p_wrist_bend_com_y * p_wrist_bend_com_y
-    t55 = p_wrist_bend_mass * 0.5
-    t56 = t54 * t55
-    t57 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t59 = t54 + t57
-    t62 = t55 * t57 + p_wrist_bend_inertia_yy * 0.5
-    t63 = p_wrist_bend_inertia_xx * 0.5 + t55 * t59
-    t64 = t56 - t63
-    t65 = t62 + t64
-    t66 = -t65
-    t70 = t62 + (p_hand_mass * t50 + (t45 - t48)) - t64
-    t71 = p_wrist_bend_com_y * p_wrist_bend_com_z
-    t72 = p_wrist_bend_mass * t71
-    t73 = p_wrist_bend_mass * p_wrist_bend_com_z
-    t74 = J_6_z1 + t73
+    t53 = p_wrist_bend_inertia_xx * 0.5
+    t54 = p_wrist_bend_inertia_yy * 0.5
+    t55 = t53 - t54
+    t56 = p_wrist_bend_com_z * p_wrist_bend_com_z
+    t62 = p_wrist_bend_mass * t56 + (t54 + (t53 + (p_hand_mass * t50 + (t45 - t48))))
+    t63 = p_wrist_bend_com_y * p_wrist_bend_com_z
+    t64 = p_wrist_bend_mass * t63
+    t65 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t66 = J_6_z1 + t65
+    t67 = p_wrist_bend_com_y * p_wrist_bend_com_y
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
     # link 4 (wrist_roll): base parameters
-    t77 = p_wrist_roll_com_y * p_wrist_roll_com_y
-    t78 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t79 = t77 + t78
-    t80 = p_wrist_roll_mass * 0.5
-    t86 = p_wrist_roll_inertia_yy * 0.5 + t78 * t80
-    t87 = t79 * t80 + p_wrist_roll_inertia_xx * 0.5
-    t88 = t86 - t87
-    t89 = t77 * t80 + p_wrist_roll_inertia_zz * 0.5
-    J_4_xx = t88 + t89
-    J_4_yy = t87 + (t86 + (t63 + (t56 - t89) - t62))
-    t96 = p_wrist_roll_com_y * p_wrist_roll_com_z
-    t97 = p_wrist_roll_mass * t96
-    t98 = p_wrist_roll_mass * p_wrist_roll_com_z
-    J_4_y1 = J_5_z1 + t98
-    t100 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t70 = p_wrist_roll_inertia_yy * 0.5
+    t71 = p_wrist_roll_inertia_xx * 0.5
+    t72 = p_wrist_roll_inertia_zz * 0.5
+    t73 = t70 - t71
+    J_4_xx = t72 + t73
+    t75 = p_wrist_roll_com_z * p_wrist_roll_com_z
+    t80 = t71 + (t70 + (t55 + p_wrist_bend_mass * t67)) - t72
+    J_4_yy = p_wrist_roll_mass * t75 + t80
+    t82 = p_wrist_roll_com_y * p_wrist_roll_com_z
+    t83 = p_wrist_roll_mass * t82
+    t84 = p_wrist_roll_mass * p_wrist_roll_com_z
+    J_4_y1 = J_5_z1 + t84
+    t86 = p_wrist_roll_com_y * p_wrist_roll_com_y
+    t88 = p_wrist_roll_mass * p_wrist_roll_com_y
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t105 = p_boom_dh_a * p_boom_dh_a
-    t110 = p_boom_dh_a * p_boom_com_z
-    t112 = p_boom_dh_a * t100 - p_boom_mass * t110
-    t113 = p_boom_dh_a * p_boom_mass
-    J_3_x1 = t113 + p_boom_dh_a * J_4_11
-    t116 = p_boom_com_z * p_boom_com_z
-    t118 = p_boom_mass * p_boom_com_z
-    t119 = t100 - t118
+    t93 = p_boom_dh_a * p_boom_dh_a
+    t98 = p_boom_dh_a * p_boom_com_z
+    t100 = p_boom_dh_a * t88 - p_boom_mass * t98
+    t101 = p_boom_dh_a * p_boom_mass
+    J_3_x1 = t101 + p_boom_dh_a * J_4_11
+    t104 = p_boom_com_z * p_boom_com_z
+    t106 = p_boom_mass * p_boom_com_z
+    t107 = t88 - t106
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t124 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
-    t125 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
-    t126 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
-    J_2_xx = t124 + t125 - t126
-    t129 = t124 - t125
-    t133 = t129 + (t88 - t89 - p_boom_mass * t116 - t126)
-    t134 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y
+    t112 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
+    t113 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
+    t114 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
+    J_2_xx = t112 + t113 - t114
+    t117 = t112 - t113
+    t120 = p_boom_mass * t104 + (p_wrist_roll_mass * t86 + (t72 - t73))
+    t122 = t114 + t120 - t117
+    t123 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
     # link 1 (shoulder_pan): base parameters
-    t137 = p_shoulder_pan_com_z * p_shoulder_pan_com_z
-    t138 = p_shoulder_pan_mass * 0.5
-    t139 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
-    t140 = J_2_z1 + t139
+    t126 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t127 = J_2_z1 + t126
+    t130 = p_shoulder_pan_com_z * p_shoulder_pan_com_z
     # link 2 (shoulder_tilt): rotation
     c_2 = _cos(q_2)
     s_2 = _sin(q_2)
@@ -14994,918 +14934,905 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     M_6_6 = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort when joint 6 is accelerated
     m_5_6_n_x = s_5 * M_6_6
-    t153 = c_5 * M_6_6
+    t142 = c_5 * M_6_6
     # link 4 (wrist_roll): effort when joint 6 is accelerated
     m_4_6_n_x = c_4 * m_5_6_n_x
     # link 2 (shoulder_tilt): effort when joint 6 is accelerated
-    t155 = s_2 * s_4
+    t144 = s_2 * s_4
     # link 6 (hand): composite body, before its turn
-    t158 = s_6 * s_6
-    t160 = c_6 * c_6
-    t162 = c_6 * s_6
-    C_6t_xy = J_6_xx * t162 - J_6_yy * t162
+    t147 = s_6 * s_6
+    t149 = c_6 * c_6
+    t151 = c_6 * s_6
+    C_6t_xy = J_6_xx * t151 - J_6_yy * t151
     # link 5 (wrist_bend): composite body
-    t169 = t66 - J_6_yy * t158 - J_6_xx * t160
+    t158 = t55 - J_6_yy * t147 - J_6_xx * t149
     # link 5 (wrist_bend): effort when joint 5 is accelerated
-    t170 = t70 - t169
-    m_5_5_f_x = t74 * c_5
-    m_5_5_f_y = t74 * s_5
-    C_5t_xz = t72 * s_5 + c_5 * C_6t_xy
-    C_5t_yz = s_5 * C_6t_xy - t72 * c_5
+    t159 = t62 - t158
+    m_5_5_f_x = t66 * c_5
+    m_5_5_f_y = t66 * s_5
+    C_5t_xz = t64 * s_5 + c_5 * C_6t_xy
+    C_5t_yz = s_5 * C_6t_xy - t64 * c_5
     # link 4 (wrist_roll): effort when joint 5 is accelerated
     m_4_5_f_y = s_4 * m_5_5_f_x
-    t181 = c_4 * C_5t_xz
-    t182 = s_4 * C_5t_xz
+    t170 = c_4 * C_5t_xz
+    t171 = s_4 * C_5t_xz
     m_4_5_b_z = C_5t_yz + p_boom_dh_a * m_4_5_f_y
     # link 3 (boom): effort when joint 5 is accelerated
-    t191 = t182 - c_4 * t170 - p_boom_dh_a * m_5_5_f_y - m_5_5_f_x * (q_3 * c_4)
-    t194 = q_3 * m_4_5_f_y + (s_4 * t170 + t181)
+    t180 = t171 - c_4 * t159 - p_boom_dh_a * m_5_5_f_y - m_5_5_f_x * (q_3 * c_4)
+    t183 = q_3 * m_4_5_f_y + (s_4 * t159 + t170)
     # link 2 (shoulder_tilt): effort when joint 5 is accelerated
-    t200 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
-    m_2_5_b_z = t200 + (s_2 * t191 + c_2 * m_4_5_b_z)
+    t189 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    m_2_5_b_z = t189 + (s_2 * t180 + c_2 * m_4_5_b_z)
     # link 5 (wrist_bend): composite body, before its turn
-    t203 = c_5 * c_5
-    t205 = s_5 * s_5
-    t207 = c_5 * s_5
-    t210 = t169 * t207 + t70 * t207
+    t192 = c_5 * c_5
+    t194 = s_5 * s_5
+    t196 = c_5 * s_5
+    t199 = t158 * t196 + t62 * t196
     # link 4 (wrist_roll): composite body
-    C_4_xx = t70 * t205 + (J_4_xx - t169 * t203)
-    C_4_yy = J_6_yy * t160 + (J_4_yy + J_6_xx * t158)
-    t217 = t97 + C_5t_yz
+    C_4_xx = t62 * t194 + (J_4_xx - t158 * t192)
+    C_4_yy = J_6_yy * t149 + (J_4_yy + J_6_xx * t147)
+    t206 = t83 + C_5t_yz
     # link 4 (wrist_roll): effort when joint 4 is accelerated
     M_4_4 = C_4_xx + C_4_yy
     C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
     m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
-    t227 = s_4 * t217 + c_4 * t210
-    t230 = p_boom_dh_a * m_4_4_f_y
-    m_4_4_b_z = M_4_4 + t230
+    t216 = s_4 * t206 + c_4 * t199
+    t219 = p_boom_dh_a * m_4_4_f_y
+    m_4_4_b_z = M_4_4 + t219
     # link 3 (boom): effort when joint 4 is accelerated
-    m_3_4_b_x = c_4 * t217 - s_4 * t210 - q_3 * C_4t_y1
+    m_3_4_b_x = c_4 * t206 - s_4 * t199 - q_3 * C_4t_y1
     # link 2 (shoulder_tilt): effort when joint 4 is accelerated
-    t237 = s_2 * m_3_4_b_x
+    t226 = s_2 * m_3_4_b_x
     # link 4 (wrist_roll): composite body, before its turn
-    t241 = t181 - s_4 * C_4_yy
-    t244 = t182 - c_4 * C_4_xx
+    t230 = t170 - s_4 * C_4_yy
+    t233 = t171 - c_4 * C_4_xx
     # link 3 (boom): composite body
     C_3_x1 = J_3_x1 + m_4_4_f_y
-    t259 = t119 - m_5_5_f_x
+    t248 = t107 - m_5_5_f_x
     # link 2 (shoulder_tilt): effort when joint 3 is accelerated
-    t261 = p_shoulder_tilt_dh_d * J_3_11
+    t250 = p_shoulder_tilt_dh_d * J_3_11
     # link 2 (shoulder_tilt): composite body
-    C_2_xx = c_4 * (t182 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t181 + s_4 * C_4_xx))
-    t266 = q_3 * J_3_11
-    C_2_y1 = t259 - t266
-    t272 = q_3 * C_2_y1 + (q_3 * t259 + (t169 * t205 + (t133 - t70 * t203)))
-    t276 = t112 - t227 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
+    C_2_xx = c_4 * (t171 + c_4 * C_4_yy) + (J_2_xx + s_4 * (t170 + s_4 * C_4_xx))
+    t255 = q_3 * J_3_11
+    C_2_y1 = t248 - t255
+    t261 = t122 + t62 * t192 - t158 * t194 - q_3 * t248 - q_3 * C_2_y1
+    t265 = t100 - t216 - p_boom_dh_a * m_5_5_f_x - q_3 * C_3_x1
     # link 2 (shoulder_tilt): effort when joint 2 is accelerated
-    t280 = s_2 * (s_4 * t244 - c_4 * t241 - p_boom_dh_a * C_4t_y1)
-    t282 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
-    t293 = m_5_6_n_x * t155 - c_2 * t153
+    t269 = s_2 * (s_4 * t233 - c_4 * t230 - p_boom_dh_a * C_4t_y1)
+    t271 = p_shoulder_tilt_dh_d * (c_2 * C_2_y1 + s_2 * C_4t_y1)
+    t282 = m_5_6_n_x * t144 - c_2 * t142
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t310 = s_2 * qd_1
-    t311 = c_2 * qd_1
+    t299 = s_2 * qd_1
+    t300 = c_2 * qd_1
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t310 * t311
-    t316 = qd_2 * t310
-    t317 = qd_2 * t311
-    w_2_xx = t310 * t310
+    w_2_xy = t299 * t300
+    t305 = qd_2 * t299
+    t306 = qd_2 * t300
+    w_2_xx = t299 * t299
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t320 = w_2_xx + w_2_zz
-    U_2_zy = t317 * -2.0
+    t309 = w_2_xx + w_2_zz
+    U_2_zy = t306 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t324 = w_1_zz - t320
-    N_2_z = w_2_xy * (J_2_xx + t133)
+    t313 = w_1_zz - t309
+    N_2_z = w_2_xy * (J_2_xx - t122)
     # link 3 (boom): acceleration of its frame
-    t334 = p_shoulder_tilt_dh_d * w_1_zz + -2.0 * (qd_3 * t310)
-    a_3_x = q_3 * U_2_zy + t334
-    t339 = s_2 * p_g - qd_2 * qd_3 * 2.0
-    t340 = q_3 * w_2_xy + t339
-    a_3_z = c_2 * p_g - q_3 * t320
+    t323 = p_shoulder_tilt_dh_d * w_1_zz + -2.0 * (qd_3 * t299)
+    a_3_x = q_3 * U_2_zy + t323
+    t328 = s_2 * p_g - qd_2 * qd_3 * 2.0
+    t329 = q_3 * w_2_xy + t328
+    a_3_z = c_2 * p_g - q_3 * t309
     # link 3 (boom): products of angular velocity
-    w_3_zz = t311 * t311
+    w_3_zz = t300 * t300
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t320 - w_3_zz
+    U_3_xx = w_2_zz - t309 - w_3_zz
     # link 3 (boom): Newton, inertial force
-    t350 = t119 * t320
+    t339 = t107 * t309
     # link 4 (wrist_roll): angular velocity of link 3
-    t358 = s_4 * t310 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t310
+    t347 = s_4 * t299 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t299
     # link 4 (wrist_roll): acceleration field U along the axis
-    t364 = s_4 * w_2_xy - c_4 * U_2_zy
+    t353 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
-    t367 = p_boom_dh_a * U_3_xx
-    a_4b_x = a_3_x + t367
+    t356 = p_boom_dh_a * U_3_xx
+    a_4b_x = a_3_x + t356
     # link 4 (wrist_roll): acceleration
-    t371 = s_4 * t340 - c_4 * a_4b_x
+    t360 = s_4 * t329 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t311
+    omega_4_z = qd_4 + t300
     # link 4 (wrist_roll): products of angular velocity
-    t376 = t358 * omega_4r_y
-    t377 = t358 * omega_4_z
-    w_4_xx = t358 * t358
+    t365 = t347 * omega_4r_y
+    t366 = t347 * omega_4_z
+    w_4_xx = t347 * t347
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t380 = t364 - t377
+    t369 = t353 - t366
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t316 - t376
-    t382 = w_4_xx + w_4_zz
-    t385 = 2.0 * (omega_4r_y * omega_4_z)
-    U_4_zy = t385 + (c_4 * w_2_xy + s_4 * U_2_zy)
+    U_4_xy = t305 - t365
+    t371 = w_4_xx + w_4_zz
+    t374 = 2.0 * (omega_4r_y * omega_4_z)
+    U_4_zy = t374 + (c_4 * w_2_xy + s_4 * U_2_zy)
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
-    t389 = J_4_y1 * t382
+    t378 = J_4_y1 * t371
     F_4_z = J_4_y1 * U_4_zy
     # link 4 (wrist_roll): Euler, inertial moment
-    t391 = t320 - t382
+    t380 = t309 - t371
     # link 5 (wrist_bend): angular velocity of link 4
-    t405 = s_5 * omega_4_z + c_5 * t358
-    omega_5r_y = s_5 * t358 - c_5 * omega_4_z
+    t394 = s_5 * omega_4_z + c_5 * t347
+    omega_5r_y = s_5 * t347 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t411 = s_5 * U_4_zy - c_5 * U_4_xy
+    t400 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t418 = t405 * omega_5r_y
-    t419 = t405 * omega_5_z
-    w_5_xx = t405 * t405
+    t407 = t394 * omega_5r_y
+    t408 = t394 * omega_5_z
+    w_5_xx = t394 * t394
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t380 - t418
-    t423 = w_5_xx + w_5_zz
-    U_5_zx = t411 - 2.0 * t419
-    t427 = 2.0 * (omega_5r_y * omega_5_z)
-    U_5_zy = t427 + (c_5 * U_4_zy + s_5 * U_4_xy)
+    U_5_xy = t369 - t407
+    t412 = w_5_xx + w_5_zz
+    U_5_zx = t400 - 2.0 * t408
+    t416 = 2.0 * (omega_5r_y * omega_5_z)
+    U_5_zy = t416 + (c_5 * U_4_zy + s_5 * U_4_xy)
     # link 5 (wrist_bend): Newton, inertial force
-    t430 = t74 * U_5_xy
-    F_5_y = t74 * t423
+    t419 = t66 * U_5_xy
+    F_5_y = t66 * t412
     # link 5 (wrist_bend): Euler, inertial moment
-    t433 = t382 - t423
+    t422 = t371 - t412
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t405
-    omega_6r_y = s_6 * t405 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t394
+    omega_6r_y = s_6 * t394 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): products of angular velocity
     w_6_xy = omega_6r_x * omega_6r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t411 - t419
+    alpha_6_z = t400 - t408
     # link 6 (hand): acceleration field U
-    t459 = 2.0 * (omega_6r_x * omega_6_z)
-    U_6_zx = t459 + (s_6 * U_5_zy + c_6 * U_5_xy)
-    t463 = 2.0 * (omega_6r_y * omega_6_z)
-    U_6_zy = t463 + (c_6 * U_5_zy - s_6 * U_5_xy)
+    t448 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = t448 + (s_6 * U_5_zy + c_6 * U_5_xy)
+    t452 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = t452 + (c_6 * U_5_zy - s_6 * U_5_xy)
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t467 = J_6_xx * U_6_zx
+    t456 = J_6_xx * U_6_zx
     N_6_z = w_6_xy * (J_6_xx - J_6_yy) + M_6_6 * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t477 = t74 * (c_4 * t340 + s_4 * a_4b_x) + (t72 * t433 + t70 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (s_6 * t467 + t477)
-    t481 = N_6_z + (t72 * U_5_xy - t66 * U_5_zx)
-    t483 = t72 * t411 + t74 * (s_5 * a_3_z + c_5 * t371) - t380 * (t66 - t70)
-    t486 = c_6 * t467 + (t483 - t418 * (t70 - t65)) - s_6 * N_6_x
+    t466 = t66 * (c_4 * t329 + s_4 * a_4b_x) + (t64 * t422 + t62 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (s_6 * t456 + t466)
+    t470 = N_6_z + (t64 * U_5_xy - t55 * U_5_zx)
+    t472 = t64 * t400 + t66 * (s_5 * a_3_z + c_5 * t360) - t369 * (t55 - t62)
+    t475 = c_6 * t456 + (t472 - t407 * (t55 + t62)) - s_6 * N_6_x
     # link 5 (wrist_bend): force, before its turn
-    t487 = s_5 * F_5_y
-    t489 = c_5 * F_5_y
+    t476 = s_5 * F_5_y
+    t478 = c_5 * F_5_y
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - t487 - c_5 * t430
-    t497 = t389 + t74 * U_5_zy
-    f_4_z = s_5 * t430 + (F_4_z - t489)
+    f_4_x = F_4_x - t476 - c_5 * t419
+    t486 = t378 + t66 * U_5_zy
+    f_4_z = s_5 * t419 + (F_4_z - t478)
     # link 4 (wrist_roll): moment from link 3
-    t502 = s_5 * t481 + (J_4_yy * U_4_zy + (t97 * t391 + J_4_y1 * a_3_z))
-    n_4_x = c_5 * n_5_x + t502
-    n_4_y = J_4_xx * (t377 - t380) - t97 * U_4_xy - t486
-    t507 = t376 * (J_4_xx - J_4_yy) + (t316 * (J_4_xx + J_4_yy) + t97 * t364)
-    t510 = s_5 * n_5_x + (t507 - J_4_y1 * t371 - c_5 * t481)
+    t491 = s_5 * t470 + (J_4_yy * U_4_zy + (t83 * t380 + J_4_y1 * a_3_z))
+    n_4_x = c_5 * n_5_x + t491
+    n_4_y = J_4_xx * (t366 - t369) - t83 * U_4_xy - t475
+    t496 = t365 * (J_4_xx - J_4_yy) + (t305 * (J_4_xx + J_4_yy) + t83 * t353)
+    t499 = s_5 * n_5_x + (t496 - J_4_y1 * t360 - c_5 * t470)
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t497
+    f_4t_y = s_4 * f_4_x - c_4 * t486
     # link 3 (boom): force from link 2
-    t524 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t119 * U_2_zy)
-    f_3_x = s_4 * t497 + t524
-    f_3_y = f_4t_y + (t119 * w_2_xy - J_3_11 * t340)
-    f_3_z = f_4_z + (t350 + J_3_11 * a_3_z)
+    t513 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t107 * U_2_zy)
+    f_3_x = s_4 * t486 + t513
+    f_3_y = f_4t_y + (t107 * w_2_xy - J_3_11 * t329)
+    f_3_z = f_4_z + (t339 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t534 = J_3_x1 * a_3_z + (t119 * a_3_x + (t133 * U_2_zy - t112 * t324))
-    t537 = p_boom_dh_a * f_4_z + (t534 - s_4 * n_4_x - c_4 * n_4_y)
-    t542 = p_boom_dh_a * f_4t_y + (t112 * w_2_xy - J_3_x1 * t340 - t510)
+    t523 = t122 * U_2_zy + t100 * t313 - t107 * a_3_x - J_3_x1 * a_3_z
+    t526 = c_4 * n_4_y + (s_4 * n_4_x + t523) - p_boom_dh_a * f_4_z
+    t531 = p_boom_dh_a * f_4t_y + (t100 * w_2_xy - J_3_x1 * t329 - t499)
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t551 = u_5 + t486
-    t552 = u_6 - N_6_z
+    t540 = u_5 + t475
+    t541 = u_6 - N_6_z
     # solve: L D L^T
-    t554 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
-    t555 = t293 * t554
-    t556 = m_4_6_n_x * t554
-    t557 = t153 * t554
-    t564 = 1.0 / (t170 + p_wrist_bend_added_inertia_inertia)
-    t565 = m_2_5_b_z * t564
-    t566 = t194 * t564
-    t567 = m_5_5_f_y * t564
-    t568 = C_5t_yz * t564
-    t577 = c_2 * m_4_4_b_z - t237 - m_4_4_f_y * (p_shoulder_tilt_dh_d * c_2)
-    t579 = t293 * t557 + t577 - m_2_5_b_z * t568
-    t583 = m_4_6_n_x * t557 + (t227 + q_3 * m_4_4_f_y) - t194 * t568
-    t584 = m_5_5_f_y * t568
-    t587 = M_4_4 + p_wrist_roll_added_inertia_inertia - t153 * t557
-    t589 = 1.0 / (t587 - C_5t_yz * t568)
-    t590 = t579 * t589
-    t591 = t583 * t589
-    t592 = t584 * t589
-    t599 = m_2_5_b_z * t567 + (s_2 * C_3_x1 - s_2 * t261) - t579 * t592
-    t602 = t583 * t592 + (C_4t_y1 - t194 * t567)
-    t605 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t567
-    t607 = 1.0 / (t605 - t584 * t592)
-    t608 = t599 * t607
-    t609 = t602 * t607
-    t615 = t282 + (t280 - c_2 * t276) - t293 * t556 - m_2_5_b_z * t566
-    t617 = t599 * t609 + (t615 - t579 * t591)
-    t620 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx - t272)
-    t623 = t620 - m_4_6_n_x * t556 - t194 * t566 - t583 * t591
-    t625 = 1.0 / (t623 - t602 * t609)
-    t626 = t617 * t625
-    t630 = p_boom_mass * t105 + (p_shoulder_pan_inertia_yy + J_4_11 * t105)
-    t632 = p_shoulder_tilt_dh_d * t140 + (p_shoulder_tilt_mass * t134 + t630)
-    t636 = p_shoulder_tilt_dh_d * J_2_z1 + t632 + t230 * 2.0 - s_4 * t241
-    t639 = t636 - c_4 * t244 - c_2 * (t237 - c_2 * C_2_xx) - s_2 * (s_2 * t272 + c_2 * m_3_4_b_x)
-    t641 = t639 - p_shoulder_tilt_dh_d * (C_3_x1 - t261) - p_shoulder_tilt_dh_d * C_3_x1
-    t643 = p_shoulder_pan_added_inertia_inertia + t641 - t293 * t555
-    t646 = t643 - m_2_5_b_z * t565 - t579 * t590 - t599 * t608
-    t651 = t129 + (t126 + (t646 - t617 * t626 + 2.0 * (t137 * t138)))
-    t661 = u_4 + t510 - t552 * t557 - t551 * t568
-    t667 = t551 * t567 + (u_3 - f_3_z) - t592 * t661
-    t673 = c_4 * n_4_x + (u_2 - N_2_z - t119 * t340) - s_4 * n_4_y
-    t677 = t552 * t556 + (t673 - q_3 * f_3_y) - t551 * t566 - t591 * t661
-    t678 = t609 * t667 + t677
-    t681 = u_1 - c_2 * (t542 - 2.0 * (J_2_xx * t316)) - s_2 * (t537 - q_3 * f_3_x)
-    t683 = t552 * t555 + (p_shoulder_tilt_dh_d * f_2t_x + t681)
-    t687 = t683 - t551 * t565 - t590 * t661 - t608 * t667 - t626 * t678
-    t688 = 1.0 / t651
-    t689 = t687 * t688
-    t696 = t625 * t678 - t626 * t689
-    t700 = t609 * t696 + (t607 * t667 - t608 * t689)
-    t706 = t589 * t661 - t590 * t689 - t591 * t696 - t592 * t700
+    t543 = 1.0 / (M_6_6 + p_hand_added_inertia_inertia)
+    t544 = t282 * t543
+    t545 = m_4_6_n_x * t543
+    t546 = t142 * t543
+    t553 = 1.0 / (t159 + p_wrist_bend_added_inertia_inertia)
+    t554 = m_2_5_b_z * t553
+    t555 = t183 * t553
+    t556 = m_5_5_f_y * t553
+    t557 = C_5t_yz * t553
+    t566 = c_2 * m_4_4_b_z - t226 - m_4_4_f_y * (p_shoulder_tilt_dh_d * c_2)
+    t568 = t282 * t546 + t566 - m_2_5_b_z * t557
+    t572 = m_4_6_n_x * t546 + (t216 + q_3 * m_4_4_f_y) - t183 * t557
+    t573 = m_5_5_f_y * t557
+    t576 = M_4_4 + p_wrist_roll_added_inertia_inertia - t142 * t546
+    t578 = 1.0 / (t576 - C_5t_yz * t557)
+    t579 = t568 * t578
+    t580 = t572 * t578
+    t581 = t573 * t578
+    t588 = m_2_5_b_z * t556 + (s_2 * C_3_x1 - s_2 * t250) - t568 * t581
+    t591 = t572 * t581 + (C_4t_y1 - t183 * t556)
+    t594 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t556
+    t596 = 1.0 / (t594 - t573 * t581)
+    t597 = t588 * t596
+    t598 = t591 * t596
+    t604 = t271 + (t269 - c_2 * t265) - t282 * t545 - m_2_5_b_z * t555
+    t606 = t588 * t598 + (t604 - t568 * t580)
+    t609 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t261)
+    t612 = t609 - m_4_6_n_x * t545 - t183 * t555 - t572 * t580
+    t614 = 1.0 / (t612 - t591 * t598)
+    t615 = t606 * t614
+    t618 = p_boom_mass * t93 + (p_shoulder_pan_inertia_yy + J_4_11 * t93)
+    t620 = p_shoulder_tilt_dh_d * t127 + (p_shoulder_tilt_mass * t123 + t618)
+    t622 = p_shoulder_pan_mass * t130 + (p_shoulder_tilt_dh_d * J_2_z1 + t620)
+    t627 = t622 + t219 * 2.0 - s_4 * t230 - c_4 * t233 - c_2 * (t226 - c_2 * C_2_xx)
+    t629 = s_2 * (s_2 * t261 - c_2 * m_3_4_b_x) + t627 - p_shoulder_tilt_dh_d * (C_3_x1 - t250)
+    t631 = p_shoulder_pan_added_inertia_inertia + (t629 - p_shoulder_tilt_dh_d * C_3_x1)
+    t634 = t631 - t282 * t544 - m_2_5_b_z * t554 - t568 * t579
+    t648 = u_4 + t499 - t541 * t546 - t540 * t557
+    t654 = t540 * t556 + (u_3 - f_3_z) - t581 * t648
+    t660 = c_4 * n_4_x + (u_2 - N_2_z - t107 * t329) - s_4 * n_4_y
+    t664 = t541 * t545 + (t660 - q_3 * f_3_y) - t540 * t555 - t580 * t648
+    t665 = t598 * t654 + t664
+    t668 = s_2 * (q_3 * f_3_x + t526) + (u_1 - c_2 * (t531 - 2.0 * (J_2_xx * t305)))
+    t670 = t541 * t544 + (p_shoulder_tilt_dh_d * f_2t_x + t668)
+    t674 = t670 - t540 * t554 - t579 * t648 - t597 * t654 - t615 * t665
+    t675 = 1.0 / (t117 + (t114 + (t634 - t588 * t597 - t606 * t615)))
+    t676 = t674 * t675
+    t683 = t614 * t665 - t615 * t676
+    t687 = t598 * t683 + (t596 * t654 - t597 * t676)
+    t693 = t578 * t648 - t579 * t676 - t580 * t683 - t581 * t687
     # derivative: link 6 (hand): base parameters
-    t715 = J_6_z1 * 2.0
+    t702 = J_6_z1 * 2.0
     # derivative: link 5 (wrist_bend): base parameters
-    t716 = 0.5 * t54
-    t717 = 0.5 * t57
-    t718 = 0.5 * t59
-    t720 = t716 + t717 - t718
-    t723 = p_wrist_bend_com_z * t55 * 4.0
-    t724 = t716 - t717
-    t725 = t718 - t724
-    t727 = 4.0 * (p_wrist_bend_com_y * t55)
-    t728 = t718 + t724
+    t703 = t65 * 2.0
+    t704 = J_5_z1 * 2.0
     # derivative: link 4 (wrist_roll): base parameters
-    t729 = 0.5 * t79
-    t730 = 0.5 * t78
-    t731 = 0.5 * t77
-    t732 = t729 - t730
-    t733 = t731 - t732
-    t735 = 4.0 * (p_wrist_roll_com_z * t80)
-    t737 = t729 + t730 - t731
-    t739 = 4.0 * (p_wrist_roll_com_y * t80)
-    t740 = t731 + t732
+    t705 = t84 * 2.0
+    t706 = t88 * 2.0
     # derivative: link 3 (boom): base parameters
-    t741 = p_boom_dh_a * 2.0
-    t745 = p_boom_dh_a * p_wrist_roll_com_y
-    t746 = p_boom_dh_a * p_wrist_roll_mass
-    t747 = t118 * 2.0
+    t707 = p_boom_dh_a * 2.0
+    t711 = p_boom_dh_a * p_wrist_roll_com_y
+    t712 = p_boom_dh_a * p_wrist_roll_mass
+    t713 = t106 * 2.0
     # derivative: link 1 (shoulder_pan): base parameters
-    t749 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y)
-    t752 = p_shoulder_tilt_dh_d * p_shoulder_tilt_com_y + (t134 + t749)
+    t715 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y)
+    t718 = p_shoulder_tilt_dh_d * p_shoulder_tilt_com_y + (t123 + t715)
     # derivative: link 1 (shoulder_pan): Euler, inertial moment
-    t758 = 0.5 * t689
-    t759 = t105 * t689
+    t725 = 0.5 * t676
+    t726 = t93 * t676
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    U_3_yx = c_2 * t689
-    U_2r_y = s_2 * t689
+    U_3_yx = c_2 * t676
+    U_2r_y = s_2 * t676
     # link 2 (shoulder_tilt): acceleration of its joint
-    t763 = p_shoulder_tilt_dh_d * t689
+    t730 = p_shoulder_tilt_dh_d * t676
     # link 2 (shoulder_tilt): angular acceleration
-    alpha_2_y = t316 - U_3_yx
+    alpha_2_y = t305 - U_3_yx
     # link 2 (shoulder_tilt): acceleration field U
-    U_2_xy = w_2_xy - t696
-    t770 = U_2r_y + t317 * 2.0
+    U_2_xy = w_2_xy - t683
+    t737 = U_2r_y + t306 * 2.0
     # derivative: link 2 (shoulder_tilt): Euler, inertial moment
-    t772 = t770 * -0.5
-    t777 = 0.5 * t770
-    t802 = 0.5 * w_2_xy - 0.5 * t696
+    t739 = t737 * -0.5
+    t744 = 0.5 * t737
+    t769 = 0.5 * w_2_xy - 0.5 * t683
     # link 3 (boom): acceleration of its joint
-    t804 = q_3 * t770
+    t771 = q_3 * t737
     # link 3 (boom): acceleration of its frame
-    t805 = t334 - t804
-    t807 = t339 + (c_2 * t763 + q_3 * U_2_xy)
-    t809 = a_3_z + t700 - s_2 * t763
+    t772 = t323 - t771
+    t774 = t328 + (c_2 * t730 + q_3 * U_2_xy)
+    t776 = a_3_z + t687 - s_2 * t730
     # derivative: link 3 (boom): Newton, inertial force
-    t812 = t367 + t805
-    t815 = p_wrist_roll_mass * U_2_xy
-    t817 = p_boom_mass * U_2_xy
+    t779 = t356 + t772
+    t782 = p_wrist_roll_mass * U_2_xy
+    t784 = p_boom_mass * U_2_xy
     # link 3 (boom): Newton, inertial force
-    t818 = J_3_x1 * U_3_yx
+    t785 = J_3_x1 * U_3_yx
     # derivative: link 3 (boom): Newton, inertial force
-    t819 = J_3_11 * U_3_yx
-    t822 = J_3_11 * s_2
-    t823 = t807 - p_boom_dh_a * U_3_yx
-    t824 = p_boom_com_z * U_2_xy + t823
-    t826 = p_wrist_roll_mass * t320
-    t828 = p_boom_mass * t320
+    t786 = J_3_11 * U_3_yx
+    t789 = J_3_11 * s_2
+    t790 = t774 - p_boom_dh_a * U_3_yx
+    t791 = p_boom_com_z * U_2_xy + t790
+    t793 = p_wrist_roll_mass * t309
+    t795 = p_boom_mass * t309
     # link 3 (boom): Newton, inertial force
-    t829 = J_3_x1 * U_2r_y
+    t796 = J_3_x1 * U_2r_y
     # derivative: link 3 (boom): Newton, inertial force
-    t830 = J_3_11 * U_2r_y
-    t833 = J_3_11 * c_2
-    a_4b_z = t809 + p_boom_dh_a * U_2r_y
-    t835 = a_4b_z - p_boom_com_z * t320
+    t797 = J_3_11 * U_2r_y
+    t800 = J_3_11 * c_2
+    a_4b_z = t776 + p_boom_dh_a * U_2r_y
+    t802 = a_4b_z - p_boom_com_z * t309
     # derivative: link 3 (boom): Euler, inertial moment
-    t846 = p_boom_dh_a * t809
-    t848 = p_boom_dh_a * t807
+    t813 = p_boom_dh_a * t776
+    t815 = p_boom_dh_a * t774
     # link 4 (wrist_roll): acceleration field U along the axis
-    t852 = s_4 * U_2_xy + c_4 * t770
+    t819 = s_4 * U_2_xy + c_4 * t737
     # derivative: link 4 (wrist_roll): acceleration
-    t856 = s_4 * U_3_yx
+    t823 = s_4 * U_3_yx
     # link 4 (wrist_roll): acceleration
-    t860 = s_4 * t823 - c_4 * t812
+    t827 = s_4 * t790 - c_4 * t779
     # derivative: link 4 (wrist_roll): acceleration
-    t861 = t856 - c_4 * w_1_zz
-    t862 = t856 + c_4 * U_3_xx
-    t864 = c_4 * U_3_yx
+    t828 = t823 - c_4 * w_1_zz
+    t829 = t823 + c_4 * U_3_xx
+    t831 = c_4 * U_3_yx
     # link 4 (wrist_roll): acceleration
-    t868 = c_4 * t823 + s_4 * t812
+    t835 = c_4 * t790 + s_4 * t779
     # link 4 (wrist_roll): angular acceleration
-    t871 = t377 - t852
-    alpha_4_z = t706 - alpha_2_y
+    t838 = t366 - t819
+    alpha_4_z = t693 - alpha_2_y
     # link 4 (wrist_roll): acceleration field U
-    t873 = t376 + alpha_4_z
-    t874 = t377 + t871
-    t876 = t385 + c_4 * U_2_xy - s_4 * t770
+    t840 = t365 + alpha_4_z
+    t841 = t366 + t838
+    t843 = t374 + c_4 * U_2_xy - s_4 * t737
     # derivative: link 4 (wrist_roll): Newton, inertial force
-    t879 = p_wrist_bend_mass * t873
-    t880 = p_wrist_roll_com_z * t873
-    t881 = p_wrist_roll_mass * t873
-    t883 = p_wrist_bend_mass * t382
-    t884 = p_wrist_roll_com_z * t382
-    t885 = p_wrist_roll_mass * t382
-    t888 = p_wrist_bend_mass * t876
-    t889 = p_wrist_roll_com_z * t876
-    t890 = p_wrist_roll_mass * t876
+    t846 = p_wrist_bend_mass * t840
+    t847 = p_wrist_roll_com_z * t840
+    t848 = p_wrist_roll_mass * t840
+    t850 = p_wrist_bend_mass * t371
+    t851 = p_wrist_roll_com_z * t371
+    t852 = p_wrist_roll_mass * t371
+    t855 = p_wrist_bend_mass * t843
+    t856 = p_wrist_roll_com_z * t843
+    t857 = p_wrist_roll_mass * t843
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t892 = t98 * t391
-    t898 = J_4_y1 * U_2r_y
-    t902 = 0.5 * t876
-    t905 = -0.5 * t876
-    t907 = t737 * t876 + (t96 * t391 + p_wrist_roll_com_z * a_4b_z)
-    t909 = t735 * t876 + (t100 * t391 + p_wrist_roll_mass * a_4b_z)
-    t910 = -0.5 * t874
-    t912 = 0.5 * t874
-    t914 = t98 * t873
-    t915 = t100 * t873
-    t916 = t733 * t874 + t96 * t873
-    t923 = t98 * t852
-    t938 = alpha_4_z * (t733 + t737) - t96 * t852 - t376 * (t733 - t737)
-    t940 = p_wrist_bend_com_y * t860 + (t728 * alpha_4_z + t376 * t728)
+    t859 = t84 * t380
+    t865 = J_4_y1 * U_2r_y
+    t867 = 0.5 * t843
+    t872 = -0.5 * t843
+    t874 = t75 * t843 + (t82 * t380 + p_wrist_roll_com_z * a_4b_z)
+    t876 = t705 * t843 + (t88 * t380 + p_wrist_roll_mass * a_4b_z)
+    t877 = -0.5 * t841
+    t878 = 0.5 * t841
+    t879 = t82 * t840
+    t880 = t84 * t840
+    t881 = t88 * t840
+    t887 = t84 * t819
+    t903 = p_wrist_bend_com_y * t827 + (t67 * alpha_4_z + t67 * t365)
     # link 5 (wrist_bend): acceleration field U along the axis
-    t943 = s_5 * t876 + c_5 * t873
+    t906 = s_5 * t843 + c_5 * t840
     # derivative: link 5 (wrist_bend): acceleration
-    t947 = s_5 * U_2r_y
+    t910 = s_5 * U_2r_y
     # link 5 (wrist_bend): acceleration
-    t953 = s_5 * a_4b_z + c_5 * t860
+    t916 = s_5 * a_4b_z + c_5 * t827
     # link 5 (wrist_bend): angular acceleration
-    t957 = t419 - t943
-    t960 = t567 * t700 + (t551 * t564 - t565 * t689 - t566 * t696)
-    t961 = t960 - t568 * t706
-    t962 = t871 + t961
+    t920 = t408 - t906
+    t923 = t556 * t687 + (t540 * t553 - t554 * t676 - t555 * t683)
+    t924 = t923 - t557 * t693
+    t925 = t838 + t924
     # link 5 (wrist_bend): acceleration field U
-    t963 = t418 + t962
-    t964 = t419 + t957
-    t966 = t427 + c_5 * t876 - s_5 * t873
+    t926 = t407 + t925
+    t927 = t408 + t920
+    t929 = t416 + c_5 * t843 - s_5 * t840
     # link 5 (wrist_bend): Newton, inertial force
-    t967 = t74 * t963
+    t930 = t66 * t926
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t968 = p_hand_com_z * t963
-    t969 = p_hand_mass * t963
-    t970 = p_wrist_bend_com_z * t963
-    t971 = p_wrist_bend_mass * t963
-    t972 = p_hand_com_z * t423
-    t973 = p_hand_mass * t423
-    t974 = p_wrist_bend_com_z * t423
-    t975 = p_wrist_bend_mass * t423
-    t977 = p_hand_com_z * t966
-    t978 = p_hand_mass * t966
-    t980 = p_wrist_bend_mass * t966
+    t931 = p_hand_com_z * t926
+    t932 = p_hand_mass * t926
+    t933 = p_wrist_bend_com_z * t926
+    t934 = p_wrist_bend_mass * t926
+    t935 = p_hand_com_z * t412
+    t936 = p_hand_mass * t412
+    t937 = p_wrist_bend_com_z * t412
+    t938 = p_wrist_bend_mass * t412
+    t940 = p_hand_com_z * t929
+    t941 = p_hand_mass * t929
+    t943 = p_wrist_bend_mass * t929
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t982 = t73 * t433
-    t984 = 0.5 * t966
-    t993 = t74 * (t864 + s_4 * w_1_zz)
-    t995 = c_4 * (t74 * s_2)
-    t996 = t74 * (t864 - s_4 * U_3_xx)
-    t998 = p_wrist_bend_com_z * t868 + (t71 * t433 + t725 * t966)
-    t1000 = p_wrist_bend_mass * t868 + (J_5_z1 * t433 + t723 * t966)
-    t1001 = t50 * t966 + p_hand_com_z * t868
-    t1002 = t715 * t966 + p_hand_mass * t868
-    t1004 = t73 * t963
-    t1005 = J_5_z1 * t963
-    t1006 = -0.5 * t964
-    t1008 = 0.5 * t964
-    t1009 = t71 * t963 + t720 * t964
-    t1011 = t73 * t943
-    t1017 = t74 * (t947 - c_5 * t861)
-    t1018 = t74 * (c_2 * s_5 + c_5 * t155)
-    t1019 = t74 * (t947 - c_5 * t862)
-    t1032 = 0.5 * t418 + 0.5 * t962
-    t1034 = p_hand_com_z * t953 - t50 * t962 - t50 * t418
-    t1036 = p_hand_mass * t953 - t715 * t962 - t418 * t715
-    t1038 = t71 * t943 + p_wrist_bend_com_z * t953 - t962 * (t720 + t725)
-    t1039 = t418 * (t720 - t725) + t1038
-    t1041 = J_5_z1 * t943 + p_wrist_bend_mass * t953 - t723 * t962
-    t1042 = t1041 - t418 * t723
+    t945 = t65 * t422
+    t947 = 0.5 * t929
+    t956 = t66 * (t831 + s_4 * w_1_zz)
+    t958 = c_4 * (t66 * s_2)
+    t959 = t66 * (t831 - s_4 * U_3_xx)
+    t961 = p_wrist_bend_com_z * t835 + (t63 * t422 + t56 * t929)
+    t963 = p_wrist_bend_mass * t835 + (J_5_z1 * t422 + t703 * t929)
+    t964 = t50 * t929 + p_hand_com_z * t835
+    t965 = t702 * t929 + p_hand_mass * t835
+    t966 = t63 * t926
+    t967 = t65 * t926
+    t968 = J_5_z1 * t926
+    t969 = -0.5 * t927
+    t970 = 0.5 * t927
+    t972 = t65 * t906
+    t978 = t66 * (t910 - c_5 * t828)
+    t979 = t66 * (c_2 * s_5 + c_5 * t144)
+    t980 = t66 * (t910 - c_5 * t829)
+    t991 = 0.5 * t407 + 0.5 * t925
+    t993 = p_hand_com_z * t916 - t50 * t925 - t50 * t407
+    t995 = p_hand_mass * t916 - t702 * t925 - t407 * t702
+    t997 = t63 * t906 + p_wrist_bend_com_z * t916 - t56 * t925
+    t998 = t997 - t56 * t407
+    t1000 = J_5_z1 * t906 + p_wrist_bend_mass * t916 - t703 * t925
+    t1001 = t1000 - t407 * t703
     # link 6 (hand): acceleration field U
-    t1048 = t459 + s_6 * t966 - c_6 * t963
-    t1050 = s_6 * t963 + (t463 + c_6 * t966)
+    t1007 = t448 + s_6 * t929 - c_6 * t926
+    t1009 = s_6 * t926 + (t452 + c_6 * t929)
     # derivative: link 6 (hand): Euler, inertial moment
-    t1051 = 0.5 * t1050
-    t1052 = -0.5 * t1050
-    t1053 = 0.5 * t1048
-    t1054 = -0.5 * t1048
+    t1010 = 0.5 * t1009
+    t1011 = -0.5 * t1009
+    t1012 = 0.5 * t1007
+    t1013 = -0.5 * t1007
     # derivative: link 6 (hand): moment, before its turn
-    t1055 = s_6 * t1054
-    t1057 = c_6 * t1051
-    t1059 = c_6 * t1054
-    t1061 = s_6 * t1051
+    t1014 = s_6 * t1013
+    t1016 = c_6 * t1010
+    t1018 = c_6 * t1013
+    t1020 = s_6 * t1010
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1064 = t984 + t1055 - t1057
-    t1066 = t1057 + (t984 - s_6 * t1053)
-    t1068 = c_6 * t1052 + (t984 - t1055)
-    t1071 = t556 * t696 + (t552 * t554 + t555 * t689) - t557 * t706
-    t1072 = t957 - t1071
-    t1074 = t1032 - t1059 - t1061
-    t1076 = s_6 * t1052 + (t1032 + t1059)
-    t1078 = t1061 + (t1032 + c_6 * t1053)
+    t1023 = t947 + t1014 - t1016
+    t1025 = t1016 + (t947 - s_6 * t1012)
+    t1027 = c_6 * t1011 + (t947 - t1014)
+    t1030 = t545 * t683 + (t541 * t543 + t544 * t676) - t546 * t693
+    t1031 = t920 - t1030
+    t1033 = t991 - t1018 - t1020
+    t1035 = s_6 * t1011 + (t991 + t1018)
+    t1037 = t1020 + (t991 + c_6 * t1012)
     # derivative: link 5 (wrist_bend): force, before its turn
-    t1088 = s_5 * t972 - c_5 * t968
-    t1089 = s_5 * t973 - c_5 * t969
-    t1090 = s_5 * t975 - c_5 * t971
-    t1101 = c_5 * t972 + s_5 * t968
-    t1102 = c_5 * t973 + s_5 * t969
-    t1103 = c_5 * t975 + s_5 * t971
+    t1047 = s_5 * t935 - c_5 * t931
+    t1048 = s_5 * t936 - c_5 * t932
+    t1049 = s_5 * t938 - c_5 * t934
+    t1060 = c_5 * t935 + s_5 * t931
+    t1061 = c_5 * t936 + s_5 * t932
+    t1062 = c_5 * t938 + s_5 * t934
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t1109 = s_5 * w_6_xy
-    t1111 = c_5 * t1001
-    t1112 = c_5 * t1002
-    t1119 = c_5 * t984
-    t1123 = s_5 * t1005 - c_5 * t1000
-    t1124 = t1109 + c_5 * t1068
-    t1125 = t1109 - c_5 * t1066
-    t1126 = s_5 * t1072 + c_5 * t1064
-    t1132 = c_5 * w_6_xy
-    t1134 = s_5 * t1001
-    t1135 = s_5 * t1002
-    t1142 = s_5 * t984
-    t1147 = c_5 * t1005 + s_5 * t1000
-    t1148 = t1132 - s_5 * t1068
-    t1149 = t1132 + s_5 * t1066
-    t1150 = c_5 * t1072 - s_5 * t1064
+    t1068 = s_5 * w_6_xy
+    t1070 = c_5 * t964
+    t1071 = c_5 * t965
+    t1078 = c_5 * t947
+    t1082 = s_5 * t968 - c_5 * t963
+    t1083 = t1068 + c_5 * t1027
+    t1084 = t1068 - c_5 * t1025
+    t1085 = s_5 * t1031 + c_5 * t1023
+    t1091 = c_5 * w_6_xy
+    t1093 = s_5 * t964
+    t1094 = s_5 * t965
+    t1101 = s_5 * t947
+    t1106 = c_5 * t968 + s_5 * t963
+    t1107 = t1091 - s_5 * t1027
+    t1108 = t1091 + s_5 * t1025
+    t1109 = c_5 * t1031 - s_5 * t1023
     # derivative: link 4 (wrist_roll): force from link 3
-    t1154 = p_wrist_bend_com_y * t873 + s_5 * t974 - c_5 * t970
-    t1156 = p_wrist_bend_com_y * t382 + p_wrist_bend_com_z * t966
-    t1158 = p_wrist_bend_com_y * t876 - c_5 * t974 - s_5 * t970
+    t1113 = p_wrist_bend_com_y * t840 + s_5 * t937 - c_5 * t933
+    t1115 = p_wrist_bend_com_y * t371 + p_wrist_bend_com_z * t929
+    t1117 = p_wrist_bend_com_y * t843 - c_5 * t937 - s_5 * t933
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1160 = p_wrist_bend_com_y * a_4b_z + t728 * t876 - s_5 * t1009
-    t1161 = c_5 * t998 + t1160
-    t1162 = t898 - c_5 * t993
-    t1163 = J_4_y1 * c_2 + c_5 * t995
-    t1164 = t898 - c_5 * t996
-    t1166 = p_wrist_bend_mass * a_4b_z + t727 * t876 - s_5 * t1004
-    t1167 = c_5 * t982 + t1166
-    t1169 = t1119 + (t905 - s_5 * t1008)
-    t1171 = t1119 + (t902 - s_5 * t1006)
+    t1119 = p_wrist_bend_com_y * a_4b_z + t67 * t843 - s_5 * t966
+    t1120 = c_5 * t961 + t1119
+    t1121 = t865 - c_5 * t956
+    t1122 = J_4_y1 * c_2 + c_5 * t958
+    t1123 = t865 - c_5 * t959
+    t1125 = p_wrist_bend_mass * a_4b_z + t704 * t843 - s_5 * t967
+    t1126 = c_5 * t945 + t1125
+    t1128 = t1078 + (t872 - s_5 * t970)
+    t1130 = t1078 + (t867 - s_5 * t969)
     # link 4 (wrist_roll): force, before its turn
-    t1206 = s_4 * (t487 + J_4_y1 * t873 - c_5 * t967) + c_4 * (t389 + t74 * t966)
+    t1165 = s_4 * (t476 + J_4_y1 * t840 - c_5 * t930) + c_4 * (t378 + t66 * t929)
     # derivative: link 4 (wrist_roll): force, before its turn
-    t1207 = s_4 * t1154 + c_4 * t1156
-    t1208 = s_4 * t879 + c_4 * t883
-    t1209 = s_4 * t880 + c_4 * t884
-    t1210 = s_4 * t881 + c_4 * t885
-    t1211 = s_4 * t1088 + c_4 * t977
-    t1212 = s_4 * t1089 + c_4 * t978
-    t1213 = s_4 * t1090 + c_4 * t980
+    t1166 = s_4 * t1113 + c_4 * t1115
+    t1167 = s_4 * t846 + c_4 * t850
+    t1168 = s_4 * t847 + c_4 * t851
+    t1169 = s_4 * t848 + c_4 * t852
+    t1170 = s_4 * t1047 + c_4 * t940
+    t1171 = s_4 * t1048 + c_4 * t941
+    t1172 = s_4 * t1049 + c_4 * t943
     # derivative: link 4 (wrist_roll): moment, before its turn
-    t1216 = c_4 * t902
-    t1235 = s_4 * t912
-    t1252 = s_4 * t902
-    t1271 = c_4 * t912
+    t1173 = c_4 * t867
+    t1194 = s_4 * t878
+    t1209 = s_4 * t867
+    t1230 = c_4 * t878
     # derivative: link 3 (boom): force from link 2
-    t1309 = s_4 * t884 + (p_wrist_roll_com_y * t770 + t812 - c_4 * t880)
+    t1268 = s_4 * t851 + (p_wrist_roll_com_y * t737 + t779 - c_4 * t847)
     # link 3 (boom): force from link 2
-    t1313 = t1206 - (t119 * U_2_xy - J_3_11 * t807)
+    t1272 = t1165 - (t107 * U_2_xy - J_3_11 * t774)
     # derivative: link 3 (boom): force from link 2
-    t1315 = t823 + t1207
-    t1317 = p_wrist_roll_com_y * U_2_xy - t823 - t1209
-    t1318 = t823 + t1211
+    t1274 = t790 + t1166
+    t1276 = p_wrist_roll_com_y * U_2_xy - t790 - t1168
+    t1277 = t790 + t1170
     # link 3 (boom): force from link 2
-    t1320 = J_4_y1 * t876 + (J_3_11 * t809 - (t489 + s_5 * t967))
+    t1279 = J_4_y1 * t843 + (J_3_11 * t776 - (t478 + s_5 * t930))
     # derivative: link 3 (boom): force from link 2
-    t1323 = a_4b_z + t1158
-    t1325 = t889 + (p_wrist_roll_com_y * t320 + a_4b_z)
-    t1326 = a_4b_z - t1101
+    t1282 = a_4b_z + t1117
+    t1284 = t856 + (p_wrist_roll_com_y * t309 + a_4b_z)
+    t1285 = a_4b_z - t1060
     # derivative: link 3 (boom): moment, in frame 2
-    t1343 = p_boom_dh_a * t1158 + (c_4 * t1039 + (t846 - s_4 * t1161))
-    t1347 = c_4 * t1034 + (t846 - s_4 * t1111) - p_boom_dh_a * t1101
-    t1352 = t266 * w_1_zz + (c_4 * t1017 + (t829 - t119 * w_1_zz - s_4 * t1162))
-    t1355 = s_4 * t1167 - c_4 * t1011 - p_boom_dh_a * t888 - q_3 * (c_4 * t879 - s_4 * t883)
-    t1358 = s_4 * t909 + c_4 * t915 - p_boom_dh_a * t890 - q_3 * (c_4 * t881 - s_4 * t885)
-    t1361 = p_boom_dh_a * t1102 + (s_4 * t1112 - c_4 * t1036) - q_3 * (c_4 * t1089 - s_4 * t978)
-    t1364 = q_3 * (c_4 * t1090 - s_4 * t980) + (s_4 * t1123 + c_4 * t1042 - p_boom_dh_a * t1103)
+    t1302 = p_boom_dh_a * t1117 + (c_4 * t998 + (t813 - s_4 * t1120))
+    t1306 = c_4 * t993 + (t813 - s_4 * t1070) - p_boom_dh_a * t1060
+    t1311 = t255 * w_1_zz + (c_4 * t978 + (t796 - t107 * w_1_zz - s_4 * t1121))
+    t1314 = s_4 * t1126 - c_4 * t972 - p_boom_dh_a * t855 - q_3 * (c_4 * t846 - s_4 * t850)
+    t1317 = s_4 * t876 + c_4 * t881 - p_boom_dh_a * t857 - q_3 * (c_4 * t848 - s_4 * t852)
+    t1320 = p_boom_dh_a * t1061 + (s_4 * t1071 - c_4 * t995) - q_3 * (c_4 * t1048 - s_4 * t941)
+    t1323 = q_3 * (c_4 * t1049 - s_4 * t943) + (s_4 * t1082 + c_4 * t1001 - p_boom_dh_a * t1062)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1378 = p_wrist_roll_com_y * t805 + (t740 * t770 - t324 * t745)
-    t1382 = p_boom_dh_a * t889 + (t846 + t1378 - s_4 * t907 - c_4 * t916)
-    t1385 = p_wrist_roll_mass * t805 + (t739 * t770 - t324 * t746)
-    t1388 = t1385 - s_4 * t892 - c_4 * t914 - p_wrist_roll_mass * t804
-    t1391 = t846 + (t116 * t770 + t110 * t324 - p_boom_com_z * t805)
-    t1395 = p_boom_mass * t804 + (t747 * t770 + t113 * t324 - p_boom_mass * t805)
-    t1398 = t266 * U_3_xx + (t119 * t324 + s_4 * t1164 - c_4 * t1019)
+    t1337 = p_wrist_roll_com_y * t772 + (t86 * t737 - t313 * t711)
+    t1341 = p_boom_dh_a * t856 + (t813 + t1337 - s_4 * t874 - c_4 * t879)
+    t1344 = p_wrist_roll_mass * t772 + (t706 * t737 - t313 * t712)
+    t1347 = t1344 - s_4 * t859 - c_4 * t880 - p_wrist_roll_mass * t771
+    t1350 = t813 + (t104 * t737 + t98 * t313 - p_boom_com_z * t772)
+    t1354 = p_boom_mass * t771 + (t713 * t737 + t101 * t313 - p_boom_mass * t772)
+    t1357 = t255 * U_3_xx + (t107 * t313 + s_4 * t1123 - c_4 * t980)
     # solve: L D L^T
-    t1406 = J_4_y1 * t862 - s_5 * t996
+    t1365 = J_4_y1 * t829 - s_5 * t959
     # derivative of effort
-    t1410 = p_wrist_roll_com_z * t860 + t938
+    t1369 = p_wrist_roll_com_z * t827 + (t75 * t365 + (t75 * alpha_4_z - t82 * t819))
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1413 = t1410 + (t745 * U_2_xy - t848 - p_boom_dh_a * t1209)
-    t1414 = t940 - (c_5 * t1009 + s_5 * t998)
-    t1419 = J_4_y1 * t861 - s_5 * t993
-    t1421 = J_4_y1 * t155 - s_5 * t995
-    t1425 = p_wrist_roll_mass * t860 + (t376 * t735 + (t735 * alpha_4_z - t100 * t852))
-    t1429 = 0.5 * t376 + 0.5 * alpha_4_z
-    t1431 = c_5 * t1006 + t1142 - t1429
-    t1433 = p_wrist_bend_mass * t860 + (t727 * alpha_4_z + t376 * t727)
-    t1435 = t1433 - c_5 * t1004 - s_5 * t982
-    t1438 = t1429 + (c_5 * t1008 + t1142)
+    t1372 = t1369 + (t711 * U_2_xy - t815 - p_boom_dh_a * t1168)
+    t1373 = t903 - (c_5 * t966 + s_5 * t961)
+    t1378 = J_4_y1 * t828 - s_5 * t956
+    t1380 = J_4_y1 * t144 - s_5 * t958
+    t1384 = p_wrist_roll_mass * t827 + (t365 * t705 + (t705 * alpha_4_z - t88 * t819))
+    t1388 = 0.5 * t365 + 0.5 * alpha_4_z
+    t1390 = c_5 * t969 + t1101 - t1388
+    t1392 = p_wrist_bend_mass * t827 + (t704 * alpha_4_z + t365 * t704)
+    t1394 = t1392 - c_5 * t967 - s_5 * t945
+    t1397 = t1388 + (c_5 * t970 + t1101)
     # derivative: link 2 (shoulder_tilt): moment, before its turn
-    t1487 = 0.5 * (c_2 * (t316 + alpha_2_y))
-    t1503 = s_2 * t772
-    t1514 = s_2 * (t1343 - q_3 * (s_4 * t1156 + (t812 - c_4 * t1154)))
-    t1515 = s_2 * (t1347 - q_3 * (s_4 * t977 + (t812 - c_4 * t1088)))
+    t1446 = 0.5 * (c_2 * (t305 + alpha_2_y))
+    t1462 = s_2 * t739
+    t1473 = s_2 * (t1302 - q_3 * (s_4 * t1115 + (t779 - c_4 * t1113)))
+    t1474 = s_2 * (t1306 - q_3 * (s_4 * t940 + (t779 - c_4 * t1047)))
     # derivative: link 2 (shoulder_tilt): moment, in frame 1
-    t1526 = p_shoulder_tilt_dh_d * (c_2 * t819 + s_2 * t830)
+    t1485 = p_shoulder_tilt_dh_d * (c_2 * t786 + s_2 * t797)
     # solve: L D L^T
-    t1542 = t1421 + t568 * t1018
-    t1547 = t833 - t567 * t1018 - t592 * t1542
-    t1552 = t119 * s_2 - c_4 * t1163 - s_4 * t1018 - q_3 * t822
-    t1555 = t609 * t1547 + (t566 * t1018 + t1552 - t591 * t1542)
-    t1557 = c_2 * (J_3_x1 * s_2 - t1421) - s_2 * (c_4 * t1018 + (J_3_x1 * c_2 - s_4 * t1163))
-    t1558 = t1557 - p_shoulder_tilt_dh_d * (c_2 * t822 - s_2 * t833)
-    t1561 = t608 * t1547 + (t590 * t1542 + (t1558 - t565 * t1018))
-    t1563 = t688 * (t626 * t1555 + t1561)
-    t1569 = t625 * t1555 + t626 * t1563
-    t1574 = t609 * t1569 + (t607 * t1547 + t608 * t1563)
-    t1581 = t592 * t1574 - (t589 * t1542 + t590 * t1563 - t591 * t1569)
-    t1588 = t566 * t1569 + (t564 * t1018 - t565 * t1563) - t567 * t1574
-    t1599 = t1419 - t568 * t1017
-    t1604 = t592 * t1599 + (t830 - t567 * t1017)
-    t1607 = t119 * U_3_yx - q_3 * t819
-    t1610 = c_4 * t1162 + s_4 * t1017 - t566 * t1017 - t591 * t1599
-    t1612 = t1607 + (t1610 - t609 * t1604)
-    t1615 = c_2 * (t818 - t1313) + s_2 * (t1320 + (t350 + t829))
-    t1618 = s_2 * t1352 + (c_2 * (t818 - t1419) + t1615) - t1526
-    t1621 = t590 * t1599 + (t565 * t1017 + t1618) - t608 * t1604
-    t1625 = t688 * (t626 * t1612 + t1621 - 2.0 * (t140 * t689))
-    t1631 = t625 * t1612 + t626 * t1625
-    t1636 = t607 * t1604 - t608 * t1625 - t609 * t1631
-    t1642 = t592 * t1636 + (t589 * t1599 + t590 * t1625 - t591 * t1631)
-    t1650 = t567 * t1636 + (t566 * t1631 - t564 * t1017 - t565 * t1625)
-    t1661 = t1406 - t568 * t1019
-    t1666 = t592 * t1661 + (t830 - t567 * t1019)
-    t1671 = c_4 * t1164 + s_4 * t1019 - t566 * t1019 - t591 * t1661
-    t1673 = t1607 + (t1671 - t609 * t1666)
-    t1675 = t689 * (J_4_11 * t741 + p_boom_mass * t741) + c_2 * -(t1313 + t1406)
-    t1678 = t565 * t1019 + (t1675 - s_2 * (t1398 - t1320) - t1526)
-    t1681 = t626 * t1673 + (t590 * t1661 + t1678 - t608 * t1666)
-    t1682 = t688 * t1681
-    t1689 = t625 * t1673 + t626 * t1682
-    t1691 = t609 * t1689
-    t1692 = t607 * t1666 - t608 * t1682
-    t1693 = t1692 - t1691
-    t1700 = t592 * t1693 + (t589 * t1661 + t590 * t1682 - t591 * t1689)
-    t1707 = t564 * t1019 + t565 * t1682 - t566 * t1689 - t567 * t1693
-    t1715 = t688 * (t137 * t689)
-    t1717 = t626 * t1715
-    t1720 = t608 * t1715 + t609 * t1717
-    t1725 = t590 * t1715 - t591 * t1717 - t592 * t1720
-    t1732 = t567 * t1720 + (t565 * t1715 - t566 * t1717) - t568 * t1725
-    t1742 = t688 * (t689 * (p_shoulder_pan_com_z * t138) * -4.0)
-    t1743 = t626 * t1742
-    t1747 = t608 * t1742 + t609 * t1743
-    t1753 = t592 * t1747 - (t590 * t1742 - t591 * t1743)
-    t1760 = t566 * t1743 - t565 * t1742 - t567 * t1747 - t568 * t1753
-    t1766 = t688 * t689
-    t1767 = -t1766
-    t1768 = t626 * t1766
-    t1771 = t608 * t1766 + t609 * t1768
-    t1776 = t590 * t1766 - t591 * t1768 - t592 * t1771
-    t1783 = t567 * t1771 + (t565 * t1766 - t566 * t1768) - t568 * t1776
-    t1788 = t556 * t1768 - t555 * t1766 - t557 * t1776
-    t1789 = t688 * (t689 * t752)
-    t1791 = t626 * t1789
-    t1794 = t608 * t1789 + t609 * t1791
-    t1799 = t590 * t1789 - t591 * t1791 - t592 * t1794
-    t1806 = t567 * t1794 + (t565 * t1789 - t566 * t1791) - t568 * t1799
-    t1812 = t688 * (t689 * (J_2_z1 * 2.0 + t139 * 2.0))
-    t1814 = t626 * t1812
-    t1817 = t608 * t1812 + t609 * t1814
-    t1822 = t590 * t1812 - t591 * t1814 - t592 * t1817
-    t1829 = t567 * t1817 + (t565 * t1812 - t566 * t1814) - t568 * t1822
-    t1835 = w_2_xy * t626
-    t1836 = t758 + t1487
-    t1839 = t688 * (t1503 - t1835 - t1836)
-    t1840 = w_2_xy * t625
-    t1842 = t1840 - t626 * t1839
-    t1843 = t608 * t1839
-    t1844 = t609 * t1842
-    t1845 = t1843 - t1844
-    t1846 = t1844 - t1843
-    t1851 = t592 * t1845 - (t590 * t1839 + t591 * t1842)
-    t1858 = t568 * t1851 + (t567 * t1845 + (t565 * t1839 + t566 * t1842))
-    t1859 = -t1858
-    t1864 = t555 * t1839 + t556 * t1842 - t557 * t1851
-    t1865 = t626 * t696
-    t1868 = t688 * (t1865 + (t1503 + t1836))
-    t1869 = t625 * t696
-    t1871 = t1869 + t626 * t1868
-    t1872 = -t1871
-    t1875 = t608 * t1868 + t609 * t1871
-    t1876 = -t1875
-    t1881 = t592 * t1875 - (t590 * t1868 - t591 * t1871)
-    t1888 = t566 * t1871 - t565 * t1868 - t567 * t1875 - t568 * t1881
-    t1893 = t555 * t1868 - t556 * t1871 - t557 * t1881
-    t1897 = t688 * (t758 - t1487 - s_2 * t777 - t1835)
-    t1898 = -t1897
-    t1899 = t626 * t1897
-    t1900 = t1840 - t1899
-    t1901 = t1899 - t1840
-    t1904 = t608 * t1897 - t609 * t1900
-    t1909 = t590 * t1897 + t591 * t1900 - t592 * t1904
-    t1916 = t567 * t1904 + (t565 * t1897 + t566 * t1900) - t568 * t1909
-    t1922 = -(t557 * t1909 + (t555 * t1897 + t556 * t1900))
-    t1927 = t110 * U_3_yx + (t116 * t696 - t116 * w_2_xy) - p_boom_com_z * t807
-    t1929 = t609 * t835 + (t1927 - q_3 * t824)
-    t1932 = s_2 * (q_3 * (p_boom_com_z * t770 - t812) + t1391) + (t759 - c_2 * (t110 * U_2_xy + t848))
-    t1933 = p_shoulder_tilt_dh_d * (c_2 * t824 - s_2 * t835) + t1932
-    t1936 = t688 * (t1933 - t608 * t835 - t626 * t1929)
-    t1938 = t625 * t1929
-    t1940 = t626 * t1936
-    t1941 = t1938 - t1940
-    t1946 = t609 * t1941 + (t607 * t835 - t608 * t1936)
-    t1952 = t592 * t1946 + (t590 * t1936 + t591 * t1941)
-    t1959 = t565 * t1936 + t566 * t1941 - t567 * t1946 - t568 * t1952
-    t1970 = t113 * U_3_yx + (t696 * t747 - w_2_xy * t747) - p_boom_mass * t807
-    t1972 = t1970 - q_3 * t817 - t609 * t828
-    t1975 = U_2_xy * (t113 * c_2) - s_2 * t1395 - p_shoulder_tilt_dh_d * (c_2 * t817 + s_2 * t828)
-    t1978 = t688 * (t626 * t1972 + (t1975 - t608 * t828))
-    t1982 = t625 * t1972 + t626 * t1978
-    t1987 = t607 * t828 - t608 * t1978 - t609 * t1982
-    t1992 = t592 * t1987 + (t590 * t1978 - t591 * t1982)
-    t2000 = t568 * t1992 + (t567 * t1987 + (t566 * t1982 - t565 * t1978))
-    t2009 = t1325 - t592 * t1410
-    t2014 = p_wrist_roll_com_y * t807 + (t696 * t740 - w_2_xy * t740 - t745 * U_3_yx)
-    t2018 = q_3 * t1317 + (s_4 * t916 + (t2014 - c_4 * t907)) - t591 * t1410
-    t2019 = t609 * t2009 + t2018
-    t2023 = s_2 * (t1382 - q_3 * t1309) + (t759 + c_2 * t1413) - p_shoulder_tilt_dh_d * (c_2 * t1317 + s_2 * t1325)
-    t2027 = t688 * (t2023 - t590 * t1410 - t608 * t2009 - t626 * t2019)
-    t2029 = t625 * t2019
-    t2032 = t626 * t2027
-    t2033 = t2029 - t2032
-    t2038 = t609 * t2033 + (t607 * t2009 - t608 * t2027)
-    t2045 = t592 * t2038 - (t589 * t1410 - t590 * t2027 - t591 * t2033)
-    t2052 = t565 * t2027 + t566 * t2033 - t567 * t2038 - t568 * t2045
-    t2062 = t826 + t592 * t923
-    t2067 = p_wrist_roll_mass * t807 + (t696 * t739 - w_2_xy * t739 - t746 * U_3_yx)
-    t2071 = t591 * t923 + (q_3 * t815 + (s_4 * t914 + (t2067 - c_4 * t892)))
-    t2072 = t609 * t2062 + t2071
-    t2075 = c_2 * (t746 * U_2_xy - t923) + s_2 * t1388 - p_shoulder_tilt_dh_d * (c_2 * t815 + s_2 * t826)
-    t2079 = t688 * (t590 * t923 + t2075 - t608 * t2062 - t626 * t2072)
-    t2081 = t625 * t2072
-    t2084 = t626 * t2079
-    t2085 = t2081 - t2084
-    t2090 = t609 * t2085 + (t607 * t2062 - t608 * t2079)
-    t2097 = t592 * t2090 + (t591 * t2085 + (t589 * t923 + t590 * t2079))
-    t2104 = t565 * t2079 + t566 * t2085 - t567 * t2090 - t568 * t2097
-    t2114 = t890 - t592 * t1425
-    t2119 = t591 * t1425 + (q_3 * t1210 + (c_4 * t909 - s_4 * t915))
-    t2120 = t2119 - t609 * t2114
-    t2123 = c_2 * (p_boom_dh_a * t1210 - t1425) + s_2 * t1358 - p_shoulder_tilt_dh_d * (c_2 * t1210 - s_2 * t890)
-    t2126 = t608 * t2114 + (t590 * t1425 + t2123) - t626 * t2120
-    t2127 = t688 * t2126
-    t2132 = t625 * t2120 - t626 * t2127
-    t2134 = t609 * t2132
-    t2135 = t607 * t2114 + t608 * t2127
-    t2136 = t2135 - t2134
-    t2140 = t592 * t2136
-    t2142 = t591 * t2132 + (t589 * t1425 + t590 * t2127)
-    t2143 = t2142 - t2140
-    t2151 = t568 * t2143 - t565 * t2127 - t566 * t2132 - t567 * t2136
-    t2159 = t376 * t592
-    t2162 = t376 * t591 + t609 * t2159
-    t2165 = t2162 + (t802 + t1216 - s_4 * t910)
-    t2168 = t608 * t2159 + (c_2 * t376 - t376 * t590)
-    t2170 = t2168 + (t626 * t2165 - s_2 * (c_4 * t910 + (t772 + t1252)))
-    t2171 = t688 * t2170
-    t2174 = t607 * t2159
-    t2175 = t376 * t589
-    t2177 = t625 * t2165 + t626 * t2171
-    t2181 = t609 * t2177 + (t2174 + t608 * t2171)
-    t2187 = t592 * t2181 + (t591 * t2177 + (t2175 - t590 * t2171))
-    t2195 = t568 * t2187 + (t567 * t2181 + (t565 * t2171 - t566 * t2177))
-    t2203 = t592 * alpha_4_z
-    t2209 = t1235 + (t802 - t1216) - t591 * alpha_4_z - t609 * t2203
-    t2212 = c_2 * alpha_4_z - s_2 * (t1271 + (t777 + t1252)) - t590 * alpha_4_z
-    t2215 = t688 * (t608 * t2203 + t2212 - t626 * t2209)
-    t2217 = t625 * t2209
-    t2220 = t626 * t2215
-    t2221 = t2217 - t2220
-    t2226 = t607 * t2203 + t608 * t2215 - t609 * t2221
-    t2232 = t592 * t2226 + (t589 * alpha_4_z - t590 * t2215 - t591 * t2221)
-    t2240 = t568 * t2232 + (t567 * t2226 + (t565 * t2215 + t566 * t2221))
-    t2248 = t802 + c_4 * t905 - t1235 - t2162
-    t2251 = t2168 + (s_2 * (t1271 + (t772 + s_4 * t905)) - t626 * t2248)
-    t2252 = t688 * t2251
-    t2255 = t625 * t2248 - t626 * t2252
-    t2259 = t609 * t2255 - (t2174 + t608 * t2252)
-    t2265 = t2175 - t590 * t2252 - t591 * t2255 - t592 * t2259
-    t2272 = t567 * t2259 - t565 * t2252 - t566 * t2255 - t568 * t2265
-    t2282 = t1414 + t568 * t1039
-    t2287 = t1323 - t567 * t1039 - t592 * t2282
-    t2292 = q_3 * t1315 + (c_4 * t1161 + s_4 * t1039) - t566 * t1039
-    t2294 = t591 * t2282 + t2292 - t609 * t2287
-    t2297 = t1514 + (t759 - c_2 * (t848 + p_boom_dh_a * t1207 - t1414))
-    t2298 = p_shoulder_tilt_dh_d * (c_2 * t1315 - s_2 * t1323) + t2297
-    t2302 = t626 * t2294 + (t565 * t1039 + t2298 - t590 * t2282 - t608 * t2287)
-    t2303 = t688 * t2302
-    t2310 = t625 * t2294 + t626 * t2303
-    t2312 = t609 * t2310
-    t2313 = t607 * t2287 - t608 * t2303
-    t2314 = t2313 - t2312
-    t2318 = t592 * t2314
-    t2320 = t591 * t2310 + (t589 * t2282 - t590 * t2303)
-    t2321 = t2320 - t2318
-    t2329 = t564 * t1039 + t565 * t2303 - t566 * t2310 - t567 * t2314
-    t2340 = t1435 + t568 * t1011
-    t2345 = t888 - t567 * t1011 - t592 * t2340
-    t2350 = q_3 * t1208 + (c_4 * t1167 + s_4 * t1011) - t566 * t1011
-    t2352 = t591 * t2340 + t2350 - t609 * t2345
-    t2355 = c_2 * (p_boom_dh_a * t1208 - t1435) + s_2 * t1355 - p_shoulder_tilt_dh_d * (c_2 * t1208 - s_2 * t888)
-    t2358 = t608 * t2345 + (t590 * t2340 + (t2355 - t565 * t1011))
-    t2360 = t688 * (t2358 - t626 * t2352)
-    t2366 = t625 * t2352 - t626 * t2360
-    t2368 = t609 * t2366
-    t2369 = t607 * t2345 + t608 * t2360
-    t2370 = t2369 - t2368
-    t2374 = t592 * t2370
-    t2376 = t591 * t2366 + (t589 * t2340 + t590 * t2360)
-    t2377 = t2376 - t2374
-    t2385 = t564 * t1011 - t565 * t2360 - t566 * t2366 - t567 * t2370
-    t2396 = t1147 - t568 * t1042
-    t2401 = t1103 + t567 * t1042 - t592 * t2396
-    t2406 = t566 * t1042 + (c_4 * t1123 - s_4 * t1042 - q_3 * t1213)
-    t2408 = t591 * t2396 + t2406 - t609 * t2401
-    t2411 = c_2 * (t1147 + p_boom_dh_a * t1213) - s_2 * t1364 - p_shoulder_tilt_dh_d * (c_2 * t1213 + s_2 * t1103)
-    t2415 = t626 * t2408 + (t2411 - t565 * t1042 - t590 * t2396 - t608 * t2401)
-    t2416 = t688 * t2415
-    t2422 = t625 * t2408 + t626 * t2416
-    t2427 = t607 * t2401 - t608 * t2416 - t609 * t2422
-    t2433 = t591 * t2422 + (t589 * t2396 - t590 * t2416) - t592 * t2427
-    t2440 = t567 * t2427 + (t566 * t2422 + (t564 * t1042 - t565 * t2416))
-    t2451 = t1431 + t418 * t568
-    t2455 = t418 * t567 + t592 * t2451
-    t2460 = t418 * t566 + (c_4 * t1171 - s_4 * t418) - t591 * t2451
-    t2461 = t2460 - t609 * t2455
-    t2464 = t418 * t565 + (c_2 * t1431 + s_2 * (s_4 * t1171 + c_4 * t418))
-    t2467 = t608 * t2455 + (t2464 - t590 * t2451) - t626 * t2461
-    t2468 = t688 * t2467
-    t2474 = t625 * t2461 - t626 * t2468
-    t2478 = t609 * t2474 - (t607 * t2455 + t608 * t2468)
-    t2484 = t589 * t2451 - t590 * t2468 - t591 * t2474 - t592 * t2478
-    t2491 = t567 * t2478 - t418 * t564 - t565 * t2468 - t566 * t2474
-    t2502 = t1438 + t568 * t962
-    t2506 = t567 * t962 + t592 * t2502
-    t2511 = t566 * t962 + (c_4 * t1169 - s_4 * t962) - t591 * t2502
-    t2512 = t2511 - t609 * t2506
-    t2515 = t565 * t962 + (c_2 * t1438 + s_2 * (s_4 * t1169 + c_4 * t962))
-    t2518 = t608 * t2506 + (t2515 - t590 * t2502) - t626 * t2512
-    t2519 = t688 * t2518
-    t2525 = t625 * t2512 - t626 * t2519
-    t2527 = t609 * t2525
-    t2528 = t607 * t2506 + t608 * t2519
-    t2529 = t2528 - t2527
-    t2536 = t592 * t2529 + (t589 * t2502 - t590 * t2519 - t591 * t2525)
-    t2543 = t567 * t2529 + (t566 * t2525 + (t564 * t962 + t565 * t2519))
-    t2555 = t1134 - t568 * t1034
-    t2560 = t592 * t2555 + (t1326 - t567 * t1034)
-    t2565 = q_3 * t1318 + (c_4 * t1111 + s_4 * t1034) - t566 * t1034
-    t2567 = t2565 - t591 * t2555 - t609 * t2560
-    t2569 = t759 - c_2 * (p_boom_dh_a * t1211 + (t848 + t1134))
-    t2571 = p_shoulder_tilt_dh_d * (c_2 * t1318 - s_2 * t1326) + (t1515 + t2569)
-    t2574 = t590 * t2555 + (t565 * t1034 + t2571) - t608 * t2560
-    t2576 = t688 * (t626 * t2567 + t2574)
-    t2583 = t625 * t2567 + t626 * t2576
-    t2585 = t609 * t2583
-    t2586 = t607 * t2560 - t608 * t2576
-    t2587 = t2586 - t2585
-    t2594 = t592 * t2587 + (t589 * t2555 + t590 * t2576 - t591 * t2583)
-    t2601 = t564 * t1034 + t565 * t2576 - t566 * t2583 - t567 * t2587
-    t2612 = t1135 - t568 * t1036
-    t2617 = t1102 + t567 * t1036 - t592 * t2612
-    t2622 = q_3 * t1212 + (c_4 * t1112 + s_4 * t1036) - t566 * t1036
-    t2624 = t609 * t2617 + (t2622 - t591 * t2612)
-    t2627 = c_2 * (t1135 + p_boom_dh_a * t1212) + s_2 * t1361 - p_shoulder_tilt_dh_d * (c_2 * t1212 + s_2 * t1102)
-    t2631 = t2627 - t565 * t1036 - t590 * t2612 - t608 * t2617 - t626 * t2624
-    t2632 = t688 * t2631
-    t2638 = t625 * t2624 - t626 * t2632
-    t2642 = t609 * t2638 + (t607 * t2617 - t608 * t2632)
-    t2648 = t589 * t2612 - t590 * t2632 - t591 * t2638 - t592 * t2642
-    t2655 = t567 * t2642 + (t564 * t1036 - t565 * t2632 - t566 * t2638)
-    t2662 = w_6_xy * t555
-    t2663 = w_6_xy * t556
-    t2664 = w_6_xy * t557
-    t2670 = t568 * t1078 + (t1149 - t2664)
-    t2674 = t567 * t1078 + t592 * t2670
-    t2680 = t591 * t2670 + (c_4 * t1125 + s_4 * t1078 - t2663 - t566 * t1078)
-    t2681 = t609 * t2674 + t2680
-    t2684 = t2662 + (c_2 * t1149 - s_2 * (s_4 * t1125 - c_4 * t1078))
-    t2687 = t608 * t2674 + (t565 * t1078 + t2684 - t590 * t2670)
-    t2689 = t688 * (t626 * t2681 + t2687)
-    t2694 = w_6_xy * t554
-    t2696 = t625 * t2681 + t626 * t2689
-    t2701 = t609 * t2696 + (t607 * t2674 + t608 * t2689)
-    t2708 = t592 * t2701 + (t591 * t2696 + (t589 * t2670 - t590 * t2689))
-    t2715 = t566 * t2696 - t564 * t1078 - t565 * t2689 - t567 * t2701
-    t2728 = t1148 - t2664 - t568 * t1076
-    t2732 = t567 * t1076 - t592 * t2728
-    t2738 = t591 * t2728 + (t566 * t1076 + (c_4 * t1124 - s_4 * t1076 - t2663))
-    t2739 = t2738 - t609 * t2732
-    t2742 = t2662 + (c_2 * t1148 - s_2 * (s_4 * t1124 + c_4 * t1076))
-    t2746 = t626 * t2739 + (t2742 - t565 * t1076 - t590 * t2728 - t608 * t2732)
-    t2747 = t688 * t2746
-    t2754 = t625 * t2739 + t626 * t2747
-    t2758 = t609 * t2754 - (t607 * t2732 - t608 * t2747)
-    t2764 = t592 * t2758 + (t591 * t2754 + (t589 * t2728 - t590 * t2747))
-    t2772 = t567 * t2758 + (t565 * t2747 - t564 * t1076 - t566 * t2754)
-    t2779 = t557 * t2764 + (t556 * t2754 - t2694 - t555 * t2747)
-    t2788 = t1150 - t557 * t1072 - t568 * t1074
-    t2792 = t567 * t1074 - t592 * t2788
-    t2797 = t566 * t1074 + (c_4 * t1126 - s_4 * t1074 - t556 * t1072)
-    t2799 = t591 * t2788 + t2797 - t609 * t2792
-    t2802 = t555 * t1072 + (c_2 * t1150 - s_2 * (s_4 * t1126 + c_4 * t1074))
-    t2806 = t626 * t2799 + (t2802 - t565 * t1074 - t590 * t2788 - t608 * t2792)
-    t2807 = t688 * t2806
-    t2814 = t625 * t2799 + t626 * t2807
-    t2817 = t609 * t2814
-    t2818 = t607 * t2792 - t608 * t2807
-    t2819 = t2817 - t2818
-    t2826 = t592 * t2819 + (t591 * t2814 + (t589 * t2788 - t590 * t2807))
-    t2833 = t566 * t2814 + (t564 * t1074 - t565 * t2807) - t567 * t2819
-    t2840 = t554 * t1072 + t555 * t2807 - t556 * t2814 - t557 * t2826
-    t2841 = t688 * t1865
-    t2843 = t1869 + t626 * t2841
-    t2847 = t608 * t2841 + t609 * t2843
-    t2853 = t592 * t2847 - (t590 * t2841 - t591 * t2843)
-    t2860 = t566 * t2843 - t565 * t2841 - t567 * t2847 - t568 * t2853
-    t2867 = t609 * t700
-    t2870 = t688 * (t608 * t700 + t626 * t2867)
-    t2874 = t625 * t2867 + t626 * t2870
-    t2879 = t609 * t2874 + (t607 * t700 + t608 * t2870)
-    t2885 = t592 * t2879 - (t590 * t2870 - t591 * t2874)
-    t2892 = t566 * t2874 - t565 * t2870 - t567 * t2879 - t568 * t2885
-    t2900 = t592 * t706
-    t2903 = t591 * t706 + t609 * t2900
-    t2907 = t688 * (t590 * t706 - t608 * t2900 - t626 * t2903)
-    t2912 = t625 * t2903 - t626 * t2907
-    t2916 = t609 * t2912 + (t607 * t2900 - t608 * t2907)
-    t2922 = t592 * t2916 + (t591 * t2912 + (t589 * t706 + t590 * t2907))
-    t2930 = t568 * t2922 + (t567 * t2916 - t565 * t2907 - t566 * t2912)
-    t2939 = t568 * t961
-    t2943 = t567 * t961 + t592 * t2939
-    t2947 = t566 * t961 - t591 * t2939 - t609 * t2943
-    t2951 = t608 * t2943 + (t565 * t961 - t590 * t2939) - t626 * t2947
-    t2952 = t688 * t2951
-    t2958 = t625 * t2947 - t626 * t2952
-    t2962 = t609 * t2958 - (t607 * t2943 + t608 * t2952)
-    t2968 = t589 * t2939 - t590 * t2952 - t591 * t2958 - t592 * t2962
-    t2975 = t567 * t2962 - t564 * t961 - t565 * t2952 - t566 * t2958
-    t2984 = t557 * t1071
-    t2987 = t592 * t2984
-    t2991 = t609 * t2987 + (t556 * t1071 + t591 * t2984)
-    t2995 = t555 * t1071 + t590 * t2984 - t608 * t2987 - t626 * t2991
-    t2996 = t688 * t2995
-    t2998 = t625 * t2991
-    t3002 = t626 * t2996
-    t3003 = t2998 - t3002
-    t3008 = t609 * t3003 + (t607 * t2987 - t608 * t2996)
-    t3015 = t592 * t3008 + (t591 * t3003 + (t589 * t2984 + t590 * t2996))
-    t3022 = t565 * t2996 + t566 * t3003 - t567 * t3008 - t568 * t3015
-    t3028 = t557 * t3015 + (t556 * t3003 + (t554 * t1071 + t555 * t2996))
+    t1501 = t1380 + t557 * t979
+    t1506 = t800 - t556 * t979 - t581 * t1501
+    t1512 = t555 * t979 + (t107 * s_2 - c_4 * t1122 - s_4 * t979 - q_3 * t789)
+    t1514 = t598 * t1506 + (t1512 - t580 * t1501)
+    t1516 = c_2 * (J_3_x1 * s_2 - t1380) - s_2 * (c_4 * t979 + (J_3_x1 * c_2 - s_4 * t1122))
+    t1517 = t1516 - p_shoulder_tilt_dh_d * (c_2 * t789 - s_2 * t800)
+    t1520 = t597 * t1506 + (t579 * t1501 + (t1517 - t554 * t979))
+    t1522 = t675 * (t615 * t1514 + t1520)
+    t1528 = t614 * t1514 + t615 * t1522
+    t1533 = t598 * t1528 + (t596 * t1506 + t597 * t1522)
+    t1540 = t581 * t1533 - (t578 * t1501 + t579 * t1522 - t580 * t1528)
+    t1547 = t555 * t1528 + (t553 * t979 - t554 * t1522) - t556 * t1533
+    t1558 = t1378 - t557 * t978
+    t1563 = t581 * t1558 + (t797 - t556 * t978)
+    t1566 = t107 * U_3_yx - q_3 * t786
+    t1569 = c_4 * t1121 + s_4 * t978 - t555 * t978 - t580 * t1558
+    t1571 = t1566 + (t1569 - t598 * t1563)
+    t1574 = c_2 * (t785 - t1272) + s_2 * (t1279 + (t339 + t796))
+    t1577 = s_2 * t1311 + (c_2 * (t785 - t1378) + t1574) - t1485
+    t1580 = t579 * t1558 + (t554 * t978 + t1577) - t597 * t1563
+    t1584 = t675 * (t615 * t1571 + t1580 - 2.0 * (t127 * t676))
+    t1590 = t614 * t1571 + t615 * t1584
+    t1595 = t596 * t1563 - t597 * t1584 - t598 * t1590
+    t1601 = t581 * t1595 + (t578 * t1558 + t579 * t1584 - t580 * t1590)
+    t1609 = t556 * t1595 + (t555 * t1590 - t553 * t978 - t554 * t1584)
+    t1620 = t1365 - t557 * t980
+    t1625 = t581 * t1620 + (t797 - t556 * t980)
+    t1630 = c_4 * t1123 + s_4 * t980 - t555 * t980 - t580 * t1620
+    t1632 = t1566 + (t1630 - t598 * t1625)
+    t1634 = t676 * (J_4_11 * t707 + p_boom_mass * t707) + c_2 * -(t1272 + t1365)
+    t1637 = t554 * t980 + (t1634 - s_2 * (t1357 - t1279) - t1485)
+    t1640 = t615 * t1632 + (t579 * t1620 + t1637 - t597 * t1625)
+    t1641 = t675 * t1640
+    t1648 = t614 * t1632 + t615 * t1641
+    t1650 = t598 * t1648
+    t1651 = t596 * t1625 - t597 * t1641
+    t1652 = t1651 - t1650
+    t1659 = t581 * t1652 + (t578 * t1620 + t579 * t1641 - t580 * t1648)
+    t1666 = t553 * t980 + t554 * t1641 - t555 * t1648 - t556 * t1652
+    t1673 = t675 * (t130 * t676)
+    t1675 = t615 * t1673
+    t1678 = t597 * t1673 + t598 * t1675
+    t1683 = t579 * t1673 - t580 * t1675 - t581 * t1678
+    t1690 = t556 * t1678 + (t554 * t1673 - t555 * t1675) - t557 * t1683
+    # derivative of effort
+    t1697 = t676 * (p_shoulder_pan_mass * p_shoulder_pan_com_z)
+    # solve: L D L^T
+    t1699 = t675 * (-2.0 * t1697)
+    t1700 = t615 * t1699
+    t1704 = t597 * t1699 + t598 * t1700
+    t1710 = t581 * t1704 - (t579 * t1699 - t580 * t1700)
+    t1717 = t555 * t1700 - t554 * t1699 - t556 * t1704 - t557 * t1710
+    t1723 = t675 * t676
+    t1724 = -t1723
+    t1725 = t615 * t1723
+    t1728 = t597 * t1723 + t598 * t1725
+    t1733 = t579 * t1723 - t580 * t1725 - t581 * t1728
+    t1740 = t556 * t1728 + (t554 * t1723 - t555 * t1725) - t557 * t1733
+    t1745 = t545 * t1725 - t544 * t1723 - t546 * t1733
+    t1746 = t675 * (t676 * t718)
+    t1748 = t615 * t1746
+    t1751 = t597 * t1746 + t598 * t1748
+    t1756 = t579 * t1746 - t580 * t1748 - t581 * t1751
+    t1763 = t556 * t1751 + (t554 * t1746 - t555 * t1748) - t557 * t1756
+    t1769 = t675 * (t676 * (J_2_z1 * 2.0 + t126 * 2.0))
+    t1771 = t615 * t1769
+    t1774 = t597 * t1769 + t598 * t1771
+    t1779 = t579 * t1769 - t580 * t1771 - t581 * t1774
+    t1786 = t556 * t1774 + (t554 * t1769 - t555 * t1771) - t557 * t1779
+    t1792 = w_2_xy * t615
+    t1793 = t725 + t1446
+    t1796 = t675 * (t1462 - t1792 - t1793)
+    t1797 = w_2_xy * t614
+    t1799 = t1797 - t615 * t1796
+    t1800 = t597 * t1796
+    t1801 = t598 * t1799
+    t1802 = t1800 - t1801
+    t1803 = t1801 - t1800
+    t1808 = t581 * t1802 - (t579 * t1796 + t580 * t1799)
+    t1815 = t557 * t1808 + (t556 * t1802 + (t554 * t1796 + t555 * t1799))
+    t1816 = -t1815
+    t1821 = t544 * t1796 + t545 * t1799 - t546 * t1808
+    t1822 = t615 * t683
+    t1825 = t675 * (t1822 + (t1462 + t1793))
+    t1826 = t614 * t683
+    t1828 = t1826 + t615 * t1825
+    t1829 = -t1828
+    t1832 = t597 * t1825 + t598 * t1828
+    t1833 = -t1832
+    t1838 = t581 * t1832 - (t579 * t1825 - t580 * t1828)
+    t1845 = t555 * t1828 - t554 * t1825 - t556 * t1832 - t557 * t1838
+    t1850 = t544 * t1825 - t545 * t1828 - t546 * t1838
+    t1854 = t675 * (t725 - t1446 - s_2 * t744 - t1792)
+    t1855 = -t1854
+    t1856 = t615 * t1854
+    t1857 = t1797 - t1856
+    t1858 = t1856 - t1797
+    t1861 = t597 * t1854 - t598 * t1857
+    t1866 = t579 * t1854 + t580 * t1857 - t581 * t1861
+    t1873 = t556 * t1861 + (t554 * t1854 + t555 * t1857) - t557 * t1866
+    t1879 = -(t546 * t1866 + (t544 * t1854 + t545 * t1857))
+    t1884 = t98 * U_3_yx + (t104 * t683 - t104 * w_2_xy) - p_boom_com_z * t774
+    t1886 = t598 * t802 + (t1884 - q_3 * t791)
+    t1889 = s_2 * (q_3 * (p_boom_com_z * t737 - t779) + t1350) + (t726 - c_2 * (t98 * U_2_xy + t815))
+    t1890 = p_shoulder_tilt_dh_d * (c_2 * t791 - s_2 * t802) + t1889
+    t1893 = t675 * (t1890 - t597 * t802 - t615 * t1886)
+    t1895 = t614 * t1886
+    t1897 = t615 * t1893
+    t1898 = t1895 - t1897
+    t1903 = t598 * t1898 + (t596 * t802 - t597 * t1893)
+    t1909 = t581 * t1903 + (t579 * t1893 + t580 * t1898)
+    t1916 = t554 * t1893 + t555 * t1898 - t556 * t1903 - t557 * t1909
+    t1927 = t101 * U_3_yx + (t683 * t713 - w_2_xy * t713) - p_boom_mass * t774
+    t1929 = t1927 - q_3 * t784 - t598 * t795
+    t1932 = U_2_xy * (t101 * c_2) - s_2 * t1354 - p_shoulder_tilt_dh_d * (c_2 * t784 + s_2 * t795)
+    t1935 = t675 * (t615 * t1929 + (t1932 - t597 * t795))
+    t1939 = t614 * t1929 + t615 * t1935
+    t1944 = t596 * t795 - t597 * t1935 - t598 * t1939
+    t1949 = t581 * t1944 + (t579 * t1935 - t580 * t1939)
+    t1957 = t557 * t1949 + (t556 * t1944 + (t555 * t1939 - t554 * t1935))
+    t1966 = t1284 - t581 * t1369
+    t1971 = p_wrist_roll_com_y * t774 + (t86 * t683 - t86 * w_2_xy - t711 * U_3_yx)
+    t1975 = q_3 * t1276 + (s_4 * t879 + (t1971 - c_4 * t874)) - t580 * t1369
+    t1976 = t598 * t1966 + t1975
+    t1980 = s_2 * (t1341 - q_3 * t1268) + (t726 + c_2 * t1372) - p_shoulder_tilt_dh_d * (c_2 * t1276 + s_2 * t1284)
+    t1984 = t675 * (t1980 - t579 * t1369 - t597 * t1966 - t615 * t1976)
+    t1986 = t614 * t1976
+    t1989 = t615 * t1984
+    t1990 = t1986 - t1989
+    t1995 = t598 * t1990 + (t596 * t1966 - t597 * t1984)
+    t2002 = t581 * t1995 - (t578 * t1369 - t579 * t1984 - t580 * t1990)
+    t2009 = t554 * t1984 + t555 * t1990 - t556 * t1995 - t557 * t2002
+    t2019 = t793 + t581 * t887
+    t2024 = p_wrist_roll_mass * t774 + (t683 * t706 - w_2_xy * t706 - t712 * U_3_yx)
+    t2028 = t580 * t887 + (q_3 * t782 + (s_4 * t880 + (t2024 - c_4 * t859)))
+    t2029 = t598 * t2019 + t2028
+    t2032 = c_2 * (t712 * U_2_xy - t887) + s_2 * t1347 - p_shoulder_tilt_dh_d * (c_2 * t782 + s_2 * t793)
+    t2036 = t675 * (t579 * t887 + t2032 - t597 * t2019 - t615 * t2029)
+    t2038 = t614 * t2029
+    t2041 = t615 * t2036
+    t2042 = t2038 - t2041
+    t2047 = t598 * t2042 + (t596 * t2019 - t597 * t2036)
+    t2054 = t581 * t2047 + (t580 * t2042 + (t578 * t887 + t579 * t2036))
+    t2061 = t554 * t2036 + t555 * t2042 - t556 * t2047 - t557 * t2054
+    t2071 = t857 - t581 * t1384
+    t2076 = t580 * t1384 + (q_3 * t1169 + (c_4 * t876 - s_4 * t881))
+    t2077 = t2076 - t598 * t2071
+    t2080 = c_2 * (p_boom_dh_a * t1169 - t1384) + s_2 * t1317 - p_shoulder_tilt_dh_d * (c_2 * t1169 - s_2 * t857)
+    t2083 = t597 * t2071 + (t579 * t1384 + t2080) - t615 * t2077
+    t2084 = t675 * t2083
+    t2089 = t614 * t2077 - t615 * t2084
+    t2091 = t598 * t2089
+    t2092 = t596 * t2071 + t597 * t2084
+    t2093 = t2092 - t2091
+    t2097 = t581 * t2093
+    t2099 = t580 * t2089 + (t578 * t1384 + t579 * t2084)
+    t2100 = t2099 - t2097
+    t2108 = t557 * t2100 - t554 * t2084 - t555 * t2089 - t556 * t2093
+    t2116 = t365 * t581
+    t2119 = t365 * t580 + t598 * t2116
+    t2122 = t2119 + (t769 + t1173 - s_4 * t877)
+    t2125 = t597 * t2116 + (c_2 * t365 - t365 * t579)
+    t2127 = t2125 + (t615 * t2122 - s_2 * (c_4 * t877 + (t739 + t1209)))
+    t2128 = t675 * t2127
+    t2131 = t596 * t2116
+    t2132 = t365 * t578
+    t2134 = t614 * t2122 + t615 * t2128
+    t2138 = t598 * t2134 + (t2131 + t597 * t2128)
+    t2144 = t581 * t2138 + (t580 * t2134 + (t2132 - t579 * t2128))
+    t2152 = t557 * t2144 + (t556 * t2138 + (t554 * t2128 - t555 * t2134))
+    t2160 = t581 * alpha_4_z
+    t2166 = t1194 + (t769 - t1173) - t580 * alpha_4_z - t598 * t2160
+    t2169 = c_2 * alpha_4_z - s_2 * (t1230 + (t744 + t1209)) - t579 * alpha_4_z
+    t2172 = t675 * (t597 * t2160 + t2169 - t615 * t2166)
+    t2174 = t614 * t2166
+    t2177 = t615 * t2172
+    t2178 = t2174 - t2177
+    t2183 = t596 * t2160 + t597 * t2172 - t598 * t2178
+    t2189 = t581 * t2183 + (t578 * alpha_4_z - t579 * t2172 - t580 * t2178)
+    t2197 = t557 * t2189 + (t556 * t2183 + (t554 * t2172 + t555 * t2178))
+    t2205 = t769 + c_4 * t872 - t1194 - t2119
+    t2208 = t2125 + (s_2 * (t1230 + (t739 + s_4 * t872)) - t615 * t2205)
+    t2209 = t675 * t2208
+    t2212 = t614 * t2205 - t615 * t2209
+    t2216 = t598 * t2212 - (t2131 + t597 * t2209)
+    t2222 = t2132 - t579 * t2209 - t580 * t2212 - t581 * t2216
+    t2229 = t556 * t2216 - t554 * t2209 - t555 * t2212 - t557 * t2222
+    t2239 = t1373 + t557 * t998
+    t2244 = t1282 - t556 * t998 - t581 * t2239
+    t2249 = q_3 * t1274 + (c_4 * t1120 + s_4 * t998) - t555 * t998
+    t2251 = t580 * t2239 + t2249 - t598 * t2244
+    t2254 = t1473 + (t726 - c_2 * (t815 + p_boom_dh_a * t1166 - t1373))
+    t2255 = p_shoulder_tilt_dh_d * (c_2 * t1274 - s_2 * t1282) + t2254
+    t2259 = t615 * t2251 + (t554 * t998 + t2255 - t579 * t2239 - t597 * t2244)
+    t2260 = t675 * t2259
+    t2267 = t614 * t2251 + t615 * t2260
+    t2269 = t598 * t2267
+    t2270 = t596 * t2244 - t597 * t2260
+    t2271 = t2270 - t2269
+    t2275 = t581 * t2271
+    t2277 = t580 * t2267 + (t578 * t2239 - t579 * t2260)
+    t2278 = t2277 - t2275
+    t2286 = t553 * t998 + t554 * t2260 - t555 * t2267 - t556 * t2271
+    t2297 = t1394 + t557 * t972
+    t2302 = t855 - t556 * t972 - t581 * t2297
+    t2307 = q_3 * t1167 + (c_4 * t1126 + s_4 * t972) - t555 * t972
+    t2309 = t580 * t2297 + t2307 - t598 * t2302
+    t2312 = c_2 * (p_boom_dh_a * t1167 - t1394) + s_2 * t1314 - p_shoulder_tilt_dh_d * (c_2 * t1167 - s_2 * t855)
+    t2315 = t597 * t2302 + (t579 * t2297 + (t2312 - t554 * t972))
+    t2317 = t675 * (t2315 - t615 * t2309)
+    t2323 = t614 * t2309 - t615 * t2317
+    t2325 = t598 * t2323
+    t2326 = t596 * t2302 + t597 * t2317
+    t2327 = t2326 - t2325
+    t2331 = t581 * t2327
+    t2333 = t580 * t2323 + (t578 * t2297 + t579 * t2317)
+    t2334 = t2333 - t2331
+    t2342 = t553 * t972 - t554 * t2317 - t555 * t2323 - t556 * t2327
+    t2353 = t1106 - t557 * t1001
+    t2358 = t1062 + t556 * t1001 - t581 * t2353
+    t2363 = t555 * t1001 + (c_4 * t1082 - s_4 * t1001 - q_3 * t1172)
+    t2365 = t580 * t2353 + t2363 - t598 * t2358
+    t2368 = c_2 * (t1106 + p_boom_dh_a * t1172) - s_2 * t1323 - p_shoulder_tilt_dh_d * (c_2 * t1172 + s_2 * t1062)
+    t2372 = t615 * t2365 + (t2368 - t554 * t1001 - t579 * t2353 - t597 * t2358)
+    t2373 = t675 * t2372
+    t2379 = t614 * t2365 + t615 * t2373
+    t2384 = t596 * t2358 - t597 * t2373 - t598 * t2379
+    t2390 = t580 * t2379 + (t578 * t2353 - t579 * t2373) - t581 * t2384
+    t2397 = t556 * t2384 + (t555 * t2379 + (t553 * t1001 - t554 * t2373))
+    t2408 = t1390 + t407 * t557
+    t2412 = t407 * t556 + t581 * t2408
+    t2417 = t407 * t555 + (c_4 * t1130 - s_4 * t407) - t580 * t2408
+    t2418 = t2417 - t598 * t2412
+    t2421 = t407 * t554 + (c_2 * t1390 + s_2 * (s_4 * t1130 + c_4 * t407))
+    t2424 = t597 * t2412 + (t2421 - t579 * t2408) - t615 * t2418
+    t2425 = t675 * t2424
+    t2431 = t614 * t2418 - t615 * t2425
+    t2435 = t598 * t2431 - (t596 * t2412 + t597 * t2425)
+    t2441 = t578 * t2408 - t579 * t2425 - t580 * t2431 - t581 * t2435
+    t2448 = t556 * t2435 - t407 * t553 - t554 * t2425 - t555 * t2431
+    t2459 = t1397 + t557 * t925
+    t2463 = t556 * t925 + t581 * t2459
+    t2468 = t555 * t925 + (c_4 * t1128 - s_4 * t925) - t580 * t2459
+    t2469 = t2468 - t598 * t2463
+    t2472 = t554 * t925 + (c_2 * t1397 + s_2 * (s_4 * t1128 + c_4 * t925))
+    t2475 = t597 * t2463 + (t2472 - t579 * t2459) - t615 * t2469
+    t2476 = t675 * t2475
+    t2482 = t614 * t2469 - t615 * t2476
+    t2484 = t598 * t2482
+    t2485 = t596 * t2463 + t597 * t2476
+    t2486 = t2485 - t2484
+    t2493 = t581 * t2486 + (t578 * t2459 - t579 * t2476 - t580 * t2482)
+    t2500 = t556 * t2486 + (t555 * t2482 + (t553 * t925 + t554 * t2476))
+    t2512 = t1093 - t557 * t993
+    t2517 = t581 * t2512 + (t1285 - t556 * t993)
+    t2522 = q_3 * t1277 + (c_4 * t1070 + s_4 * t993) - t555 * t993
+    t2524 = t2522 - t580 * t2512 - t598 * t2517
+    t2526 = t726 - c_2 * (p_boom_dh_a * t1170 + (t815 + t1093))
+    t2528 = p_shoulder_tilt_dh_d * (c_2 * t1277 - s_2 * t1285) + (t1474 + t2526)
+    t2531 = t579 * t2512 + (t554 * t993 + t2528) - t597 * t2517
+    t2533 = t675 * (t615 * t2524 + t2531)
+    t2540 = t614 * t2524 + t615 * t2533
+    t2542 = t598 * t2540
+    t2543 = t596 * t2517 - t597 * t2533
+    t2544 = t2543 - t2542
+    t2551 = t581 * t2544 + (t578 * t2512 + t579 * t2533 - t580 * t2540)
+    t2558 = t553 * t993 + t554 * t2533 - t555 * t2540 - t556 * t2544
+    t2569 = t1094 - t557 * t995
+    t2574 = t1061 + t556 * t995 - t581 * t2569
+    t2579 = q_3 * t1171 + (c_4 * t1071 + s_4 * t995) - t555 * t995
+    t2581 = t598 * t2574 + (t2579 - t580 * t2569)
+    t2584 = c_2 * (t1094 + p_boom_dh_a * t1171) + s_2 * t1320 - p_shoulder_tilt_dh_d * (c_2 * t1171 + s_2 * t1061)
+    t2588 = t2584 - t554 * t995 - t579 * t2569 - t597 * t2574 - t615 * t2581
+    t2589 = t675 * t2588
+    t2595 = t614 * t2581 - t615 * t2589
+    t2599 = t598 * t2595 + (t596 * t2574 - t597 * t2589)
+    t2605 = t578 * t2569 - t579 * t2589 - t580 * t2595 - t581 * t2599
+    t2612 = t556 * t2599 + (t553 * t995 - t554 * t2589 - t555 * t2595)
+    t2619 = w_6_xy * t544
+    t2620 = w_6_xy * t545
+    t2621 = w_6_xy * t546
+    t2627 = t557 * t1037 + (t1108 - t2621)
+    t2631 = t556 * t1037 + t581 * t2627
+    t2637 = t580 * t2627 + (c_4 * t1084 + s_4 * t1037 - t2620 - t555 * t1037)
+    t2638 = t598 * t2631 + t2637
+    t2641 = t2619 + (c_2 * t1108 - s_2 * (s_4 * t1084 - c_4 * t1037))
+    t2644 = t597 * t2631 + (t554 * t1037 + t2641 - t579 * t2627)
+    t2646 = t675 * (t615 * t2638 + t2644)
+    t2651 = w_6_xy * t543
+    t2653 = t614 * t2638 + t615 * t2646
+    t2658 = t598 * t2653 + (t596 * t2631 + t597 * t2646)
+    t2665 = t581 * t2658 + (t580 * t2653 + (t578 * t2627 - t579 * t2646))
+    t2672 = t555 * t2653 - t553 * t1037 - t554 * t2646 - t556 * t2658
+    t2685 = t1107 - t2621 - t557 * t1035
+    t2689 = t556 * t1035 - t581 * t2685
+    t2695 = t580 * t2685 + (t555 * t1035 + (c_4 * t1083 - s_4 * t1035 - t2620))
+    t2696 = t2695 - t598 * t2689
+    t2699 = t2619 + (c_2 * t1107 - s_2 * (s_4 * t1083 + c_4 * t1035))
+    t2703 = t615 * t2696 + (t2699 - t554 * t1035 - t579 * t2685 - t597 * t2689)
+    t2704 = t675 * t2703
+    t2711 = t614 * t2696 + t615 * t2704
+    t2715 = t598 * t2711 - (t596 * t2689 - t597 * t2704)
+    t2721 = t581 * t2715 + (t580 * t2711 + (t578 * t2685 - t579 * t2704))
+    t2729 = t556 * t2715 + (t554 * t2704 - t553 * t1035 - t555 * t2711)
+    t2736 = t546 * t2721 + (t545 * t2711 - t2651 - t544 * t2704)
+    t2745 = t1109 - t546 * t1031 - t557 * t1033
+    t2749 = t556 * t1033 - t581 * t2745
+    t2754 = t555 * t1033 + (c_4 * t1085 - s_4 * t1033 - t545 * t1031)
+    t2756 = t580 * t2745 + t2754 - t598 * t2749
+    t2759 = t544 * t1031 + (c_2 * t1109 - s_2 * (s_4 * t1085 + c_4 * t1033))
+    t2763 = t615 * t2756 + (t2759 - t554 * t1033 - t579 * t2745 - t597 * t2749)
+    t2764 = t675 * t2763
+    t2771 = t614 * t2756 + t615 * t2764
+    t2774 = t598 * t2771
+    t2775 = t596 * t2749 - t597 * t2764
+    t2776 = t2774 - t2775
+    t2783 = t581 * t2776 + (t580 * t2771 + (t578 * t2745 - t579 * t2764))
+    t2790 = t555 * t2771 + (t553 * t1033 - t554 * t2764) - t556 * t2776
+    t2797 = t543 * t1031 + t544 * t2764 - t545 * t2771 - t546 * t2783
+    t2798 = t675 * t1822
+    t2800 = t1826 + t615 * t2798
+    t2804 = t597 * t2798 + t598 * t2800
+    t2810 = t581 * t2804 - (t579 * t2798 - t580 * t2800)
+    t2817 = t555 * t2800 - t554 * t2798 - t556 * t2804 - t557 * t2810
+    t2824 = t598 * t687
+    t2827 = t675 * (t597 * t687 + t615 * t2824)
+    t2831 = t614 * t2824 + t615 * t2827
+    t2836 = t598 * t2831 + (t596 * t687 + t597 * t2827)
+    t2842 = t581 * t2836 - (t579 * t2827 - t580 * t2831)
+    t2849 = t555 * t2831 - t554 * t2827 - t556 * t2836 - t557 * t2842
+    t2857 = t581 * t693
+    t2860 = t580 * t693 + t598 * t2857
+    t2864 = t675 * (t579 * t693 - t597 * t2857 - t615 * t2860)
+    t2869 = t614 * t2860 - t615 * t2864
+    t2873 = t598 * t2869 + (t596 * t2857 - t597 * t2864)
+    t2879 = t581 * t2873 + (t580 * t2869 + (t578 * t693 + t579 * t2864))
+    t2887 = t557 * t2879 + (t556 * t2873 - t554 * t2864 - t555 * t2869)
+    t2896 = t557 * t924
+    t2900 = t556 * t924 + t581 * t2896
+    t2904 = t555 * t924 - t580 * t2896 - t598 * t2900
+    t2908 = t597 * t2900 + (t554 * t924 - t579 * t2896) - t615 * t2904
+    t2909 = t675 * t2908
+    t2915 = t614 * t2904 - t615 * t2909
+    t2919 = t598 * t2915 - (t596 * t2900 + t597 * t2909)
+    t2925 = t578 * t2896 - t579 * t2909 - t580 * t2915 - t581 * t2919
+    t2932 = t556 * t2919 - t553 * t924 - t554 * t2909 - t555 * t2915
+    t2941 = t546 * t1030
+    t2944 = t581 * t2941
+    t2948 = t598 * t2944 + (t545 * t1030 + t580 * t2941)
+    t2952 = t544 * t1030 + t579 * t2941 - t597 * t2944 - t615 * t2948
+    t2953 = t675 * t2952
+    t2955 = t614 * t2948
+    t2959 = t615 * t2953
+    t2960 = t2955 - t2959
+    t2965 = t598 * t2960 + (t596 * t2944 - t597 * t2953)
+    t2972 = t581 * t2965 + (t580 * t2960 + (t578 * t2941 + t579 * t2953))
+    t2979 = t554 * t2953 + t555 * t2960 - t556 * t2965 - t557 * t2972
+    t2985 = t546 * t2972 + (t545 * t2960 + (t543 * t1030 + t544 * t2953))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -16158,258 +16085,258 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[249 * S + k] = 0.0
     out[250 * S + k] = 0.0
     out[251 * S + k] = 0.0
-    out[252 * S + k] = t1563
+    out[252 * S + k] = t1522
     out[253 * S + k] = 0.0
-    out[254 * S + k] = t1625
-    out[255 * S + k] = -t1682
-    out[256 * S + k] = -t1715
+    out[254 * S + k] = t1584
+    out[255 * S + k] = -t1641
+    out[256 * S + k] = -t1673
     out[257 * S + k] = 0.0
-    out[258 * S + k] = t1742
+    out[258 * S + k] = t1699
     out[259 * S + k] = 0.0
-    out[260 * S + k] = t1767
+    out[260 * S + k] = t1724
     out[261 * S + k] = 0.0
-    out[262 * S + k] = -t1789
-    out[263 * S + k] = -t1812
-    out[264 * S + k] = t1839
-    out[265 * S + k] = t1868
-    out[266 * S + k] = t1898
-    out[267 * S + k] = -t1936
-    out[268 * S + k] = t1978
-    out[269 * S + k] = t1868
-    out[270 * S + k] = t1839
-    out[271 * S + k] = t1898
-    out[272 * S + k] = -t2027
-    out[273 * S + k] = -t2079
-    out[274 * S + k] = t2127
-    out[275 * S + k] = -t2171
-    out[276 * S + k] = -t2215
-    out[277 * S + k] = t2252
-    out[278 * S + k] = -t2303
-    out[279 * S + k] = t2360
-    out[280 * S + k] = t2416
-    out[281 * S + k] = t2468
-    out[282 * S + k] = t2519
-    out[283 * S + k] = -t2576
-    out[284 * S + k] = t2632
-    out[285 * S + k] = t2689
-    out[286 * S + k] = -t2747
-    out[287 * S + k] = t2807
-    out[288 * S + k] = t1767
-    out[289 * S + k] = t2841
-    out[290 * S + k] = t2870
-    out[291 * S + k] = t2907
-    out[292 * S + k] = t2952
-    out[293 * S + k] = -t2996
-    out[294 * S + k] = -t1569
+    out[262 * S + k] = -t1746
+    out[263 * S + k] = -t1769
+    out[264 * S + k] = t1796
+    out[265 * S + k] = t1825
+    out[266 * S + k] = t1855
+    out[267 * S + k] = -t1893
+    out[268 * S + k] = t1935
+    out[269 * S + k] = t1825
+    out[270 * S + k] = t1796
+    out[271 * S + k] = t1855
+    out[272 * S + k] = -t1984
+    out[273 * S + k] = -t2036
+    out[274 * S + k] = t2084
+    out[275 * S + k] = -t2128
+    out[276 * S + k] = -t2172
+    out[277 * S + k] = t2209
+    out[278 * S + k] = -t2260
+    out[279 * S + k] = t2317
+    out[280 * S + k] = t2373
+    out[281 * S + k] = t2425
+    out[282 * S + k] = t2476
+    out[283 * S + k] = -t2533
+    out[284 * S + k] = t2589
+    out[285 * S + k] = t2646
+    out[286 * S + k] = -t2704
+    out[287 * S + k] = t2764
+    out[288 * S + k] = t1724
+    out[289 * S + k] = t2798
+    out[290 * S + k] = t2827
+    out[291 * S + k] = t2864
+    out[292 * S + k] = t2909
+    out[293 * S + k] = -t2953
+    out[294 * S + k] = -t1528
     out[295 * S + k] = 0.0
-    out[296 * S + k] = -t1631
-    out[297 * S + k] = t1689
-    out[298 * S + k] = t1717
+    out[296 * S + k] = -t1590
+    out[297 * S + k] = t1648
+    out[298 * S + k] = t1675
     out[299 * S + k] = 0.0
-    out[300 * S + k] = -t1743
+    out[300 * S + k] = -t1700
     out[301 * S + k] = 0.0
-    out[302 * S + k] = t1768
+    out[302 * S + k] = t1725
     out[303 * S + k] = 0.0
-    out[304 * S + k] = t1791
-    out[305 * S + k] = t1814
-    out[306 * S + k] = t1842
-    out[307 * S + k] = t1872
-    out[308 * S + k] = t1901
-    out[309 * S + k] = t1940 - t1938
-    out[310 * S + k] = -t1982
-    out[311 * S + k] = t1872
-    out[312 * S + k] = t1842
-    out[313 * S + k] = t1901
-    out[314 * S + k] = t2032 - t2029
-    out[315 * S + k] = t2084 - t2081
-    out[316 * S + k] = t2132
-    out[317 * S + k] = t2177
-    out[318 * S + k] = t2220 - t2217
-    out[319 * S + k] = t2255
-    out[320 * S + k] = t2310
-    out[321 * S + k] = t2366
-    out[322 * S + k] = -t2422
-    out[323 * S + k] = t2474
-    out[324 * S + k] = t2525
-    out[325 * S + k] = t2583
-    out[326 * S + k] = t2638
-    out[327 * S + k] = -t2696
-    out[328 * S + k] = t2754
-    out[329 * S + k] = -t2814
-    out[330 * S + k] = t1768
-    out[331 * S + k] = -t2843
-    out[332 * S + k] = -t2874
-    out[333 * S + k] = t2912
-    out[334 * S + k] = t2958
-    out[335 * S + k] = t3002 - t2998
-    out[336 * S + k] = -t1574
+    out[304 * S + k] = t1748
+    out[305 * S + k] = t1771
+    out[306 * S + k] = t1799
+    out[307 * S + k] = t1829
+    out[308 * S + k] = t1858
+    out[309 * S + k] = t1897 - t1895
+    out[310 * S + k] = -t1939
+    out[311 * S + k] = t1829
+    out[312 * S + k] = t1799
+    out[313 * S + k] = t1858
+    out[314 * S + k] = t1989 - t1986
+    out[315 * S + k] = t2041 - t2038
+    out[316 * S + k] = t2089
+    out[317 * S + k] = t2134
+    out[318 * S + k] = t2177 - t2174
+    out[319 * S + k] = t2212
+    out[320 * S + k] = t2267
+    out[321 * S + k] = t2323
+    out[322 * S + k] = -t2379
+    out[323 * S + k] = t2431
+    out[324 * S + k] = t2482
+    out[325 * S + k] = t2540
+    out[326 * S + k] = t2595
+    out[327 * S + k] = -t2653
+    out[328 * S + k] = t2711
+    out[329 * S + k] = -t2771
+    out[330 * S + k] = t1725
+    out[331 * S + k] = -t2800
+    out[332 * S + k] = -t2831
+    out[333 * S + k] = t2869
+    out[334 * S + k] = t2915
+    out[335 * S + k] = t2959 - t2955
+    out[336 * S + k] = -t1533
     out[337 * S + k] = 0.0
-    out[338 * S + k] = t1636
-    out[339 * S + k] = t1691 - t1692
-    out[340 * S + k] = t1720
+    out[338 * S + k] = t1595
+    out[339 * S + k] = t1650 - t1651
+    out[340 * S + k] = t1678
     out[341 * S + k] = 0.0
-    out[342 * S + k] = -t1747
+    out[342 * S + k] = -t1704
     out[343 * S + k] = 0.0
-    out[344 * S + k] = t1771
+    out[344 * S + k] = t1728
     out[345 * S + k] = 0.0
-    out[346 * S + k] = t1794
-    out[347 * S + k] = t1817
-    out[348 * S + k] = t1846
-    out[349 * S + k] = t1876
-    out[350 * S + k] = t1904
-    out[351 * S + k] = -t1946
-    out[352 * S + k] = t1987
-    out[353 * S + k] = t1876
-    out[354 * S + k] = t1846
-    out[355 * S + k] = t1904
-    out[356 * S + k] = -t2038
-    out[357 * S + k] = -t2090
-    out[358 * S + k] = t2134 - t2135
-    out[359 * S + k] = t2181
-    out[360 * S + k] = t2226
-    out[361 * S + k] = t2259
-    out[362 * S + k] = t2312 - t2313
-    out[363 * S + k] = t2368 - t2369
-    out[364 * S + k] = t2427
-    out[365 * S + k] = t2478
-    out[366 * S + k] = t2527 - t2528
-    out[367 * S + k] = t2585 - t2586
-    out[368 * S + k] = t2642
-    out[369 * S + k] = -t2701
-    out[370 * S + k] = t2758
-    out[371 * S + k] = t2818 - t2817
-    out[372 * S + k] = t1771
-    out[373 * S + k] = -t2847
-    out[374 * S + k] = -t2879
-    out[375 * S + k] = t2916
-    out[376 * S + k] = t2962
-    out[377 * S + k] = -t3008
-    out[378 * S + k] = t1581
+    out[346 * S + k] = t1751
+    out[347 * S + k] = t1774
+    out[348 * S + k] = t1803
+    out[349 * S + k] = t1833
+    out[350 * S + k] = t1861
+    out[351 * S + k] = -t1903
+    out[352 * S + k] = t1944
+    out[353 * S + k] = t1833
+    out[354 * S + k] = t1803
+    out[355 * S + k] = t1861
+    out[356 * S + k] = -t1995
+    out[357 * S + k] = -t2047
+    out[358 * S + k] = t2091 - t2092
+    out[359 * S + k] = t2138
+    out[360 * S + k] = t2183
+    out[361 * S + k] = t2216
+    out[362 * S + k] = t2269 - t2270
+    out[363 * S + k] = t2325 - t2326
+    out[364 * S + k] = t2384
+    out[365 * S + k] = t2435
+    out[366 * S + k] = t2484 - t2485
+    out[367 * S + k] = t2542 - t2543
+    out[368 * S + k] = t2599
+    out[369 * S + k] = -t2658
+    out[370 * S + k] = t2715
+    out[371 * S + k] = t2775 - t2774
+    out[372 * S + k] = t1728
+    out[373 * S + k] = -t2804
+    out[374 * S + k] = -t2836
+    out[375 * S + k] = t2873
+    out[376 * S + k] = t2919
+    out[377 * S + k] = -t2965
+    out[378 * S + k] = t1540
     out[379 * S + k] = 0.0
-    out[380 * S + k] = -t1642
-    out[381 * S + k] = t1700
-    out[382 * S + k] = t1725
+    out[380 * S + k] = -t1601
+    out[381 * S + k] = t1659
+    out[382 * S + k] = t1683
     out[383 * S + k] = 0.0
-    out[384 * S + k] = t1753
+    out[384 * S + k] = t1710
     out[385 * S + k] = 0.0
-    out[386 * S + k] = t1776
+    out[386 * S + k] = t1733
     out[387 * S + k] = 0.0
-    out[388 * S + k] = t1799
-    out[389 * S + k] = t1822
-    out[390 * S + k] = t1851
-    out[391 * S + k] = t1881
-    out[392 * S + k] = t1909
-    out[393 * S + k] = t1952
-    out[394 * S + k] = -t1992
-    out[395 * S + k] = t1881
-    out[396 * S + k] = t1851
-    out[397 * S + k] = t1909
-    out[398 * S + k] = t2045
-    out[399 * S + k] = t2097
-    out[400 * S + k] = t2140 - t2142
-    out[401 * S + k] = -t2187
-    out[402 * S + k] = -t2232
-    out[403 * S + k] = t2265
-    out[404 * S + k] = t2318 - t2320
-    out[405 * S + k] = t2374 - t2376
-    out[406 * S + k] = t2433
-    out[407 * S + k] = t2484
-    out[408 * S + k] = t2536
-    out[409 * S + k] = t2594
-    out[410 * S + k] = t2648
-    out[411 * S + k] = t2708
-    out[412 * S + k] = -t2764
-    out[413 * S + k] = t2826
-    out[414 * S + k] = t1776
-    out[415 * S + k] = t2853
-    out[416 * S + k] = t2885
-    out[417 * S + k] = -t2922
-    out[418 * S + k] = t2968
-    out[419 * S + k] = t3015
-    out[420 * S + k] = t1588 - t568 * t1581
+    out[388 * S + k] = t1756
+    out[389 * S + k] = t1779
+    out[390 * S + k] = t1808
+    out[391 * S + k] = t1838
+    out[392 * S + k] = t1866
+    out[393 * S + k] = t1909
+    out[394 * S + k] = -t1949
+    out[395 * S + k] = t1838
+    out[396 * S + k] = t1808
+    out[397 * S + k] = t1866
+    out[398 * S + k] = t2002
+    out[399 * S + k] = t2054
+    out[400 * S + k] = t2097 - t2099
+    out[401 * S + k] = -t2144
+    out[402 * S + k] = -t2189
+    out[403 * S + k] = t2222
+    out[404 * S + k] = t2275 - t2277
+    out[405 * S + k] = t2331 - t2333
+    out[406 * S + k] = t2390
+    out[407 * S + k] = t2441
+    out[408 * S + k] = t2493
+    out[409 * S + k] = t2551
+    out[410 * S + k] = t2605
+    out[411 * S + k] = t2665
+    out[412 * S + k] = -t2721
+    out[413 * S + k] = t2783
+    out[414 * S + k] = t1733
+    out[415 * S + k] = t2810
+    out[416 * S + k] = t2842
+    out[417 * S + k] = -t2879
+    out[418 * S + k] = t2925
+    out[419 * S + k] = t2972
+    out[420 * S + k] = t1547 - t557 * t1540
     out[421 * S + k] = 0.0
-    out[422 * S + k] = t568 * t1642 + t1650
-    out[423 * S + k] = t1707 - t568 * t1700
-    out[424 * S + k] = t1732
+    out[422 * S + k] = t557 * t1601 + t1609
+    out[423 * S + k] = t1666 - t557 * t1659
+    out[424 * S + k] = t1690
     out[425 * S + k] = 0.0
-    out[426 * S + k] = t1760
+    out[426 * S + k] = t1717
     out[427 * S + k] = 0.0
-    out[428 * S + k] = t1783
+    out[428 * S + k] = t1740
     out[429 * S + k] = 0.0
-    out[430 * S + k] = t1806
-    out[431 * S + k] = t1829
-    out[432 * S + k] = t1859
-    out[433 * S + k] = t1888
-    out[434 * S + k] = t1916
-    out[435 * S + k] = t1959
-    out[436 * S + k] = t2000
-    out[437 * S + k] = t1888
-    out[438 * S + k] = t1859
-    out[439 * S + k] = t1916
-    out[440 * S + k] = t2052
-    out[441 * S + k] = t2104
-    out[442 * S + k] = t2151
-    out[443 * S + k] = t2195
-    out[444 * S + k] = t2240
-    out[445 * S + k] = t2272
-    out[446 * S + k] = t568 * t2321 + t2329
-    out[447 * S + k] = t568 * t2377 + t2385
-    out[448 * S + k] = t2440 - t568 * t2433
-    out[449 * S + k] = t2491 - t568 * t2484
-    out[450 * S + k] = -(t568 * t2536 + t2543)
-    out[451 * S + k] = t2601 - t568 * t2594
-    out[452 * S + k] = t2655 - t568 * t2648
-    out[453 * S + k] = t2715 - t568 * t2708
-    out[454 * S + k] = t568 * t2764 + t2772
-    out[455 * S + k] = t2833 - t568 * t2826
-    out[456 * S + k] = t1783
-    out[457 * S + k] = t2860
-    out[458 * S + k] = t2892
-    out[459 * S + k] = t2930
-    out[460 * S + k] = t2975 - t568 * t2968
-    out[461 * S + k] = t3022
-    out[462 * S + k] = t555 * t1563 - t556 * t1569 - t557 * t1581
+    out[430 * S + k] = t1763
+    out[431 * S + k] = t1786
+    out[432 * S + k] = t1816
+    out[433 * S + k] = t1845
+    out[434 * S + k] = t1873
+    out[435 * S + k] = t1916
+    out[436 * S + k] = t1957
+    out[437 * S + k] = t1845
+    out[438 * S + k] = t1816
+    out[439 * S + k] = t1873
+    out[440 * S + k] = t2009
+    out[441 * S + k] = t2061
+    out[442 * S + k] = t2108
+    out[443 * S + k] = t2152
+    out[444 * S + k] = t2197
+    out[445 * S + k] = t2229
+    out[446 * S + k] = t557 * t2278 + t2286
+    out[447 * S + k] = t557 * t2334 + t2342
+    out[448 * S + k] = t2397 - t557 * t2390
+    out[449 * S + k] = t2448 - t557 * t2441
+    out[450 * S + k] = -(t557 * t2493 + t2500)
+    out[451 * S + k] = t2558 - t557 * t2551
+    out[452 * S + k] = t2612 - t557 * t2605
+    out[453 * S + k] = t2672 - t557 * t2665
+    out[454 * S + k] = t557 * t2721 + t2729
+    out[455 * S + k] = t2790 - t557 * t2783
+    out[456 * S + k] = t1740
+    out[457 * S + k] = t2817
+    out[458 * S + k] = t2849
+    out[459 * S + k] = t2887
+    out[460 * S + k] = t2932 - t557 * t2925
+    out[461 * S + k] = t2979
+    out[462 * S + k] = t544 * t1522 - t545 * t1528 - t546 * t1540
     out[463 * S + k] = 0.0
-    out[464 * S + k] = t557 * t1642 + (t555 * t1625 - t556 * t1631)
-    out[465 * S + k] = t556 * t1689 - t555 * t1682 - t557 * t1700
-    out[466 * S + k] = t556 * t1717 - t555 * t1715 - t557 * t1725
+    out[464 * S + k] = t546 * t1601 + (t544 * t1584 - t545 * t1590)
+    out[465 * S + k] = t545 * t1648 - t544 * t1641 - t546 * t1659
+    out[466 * S + k] = t545 * t1675 - t544 * t1673 - t546 * t1683
     out[467 * S + k] = 0.0
-    out[468 * S + k] = t555 * t1742 - t556 * t1743 - t557 * t1753
+    out[468 * S + k] = t544 * t1699 - t545 * t1700 - t546 * t1710
     out[469 * S + k] = 0.0
-    out[470 * S + k] = t1788
+    out[470 * S + k] = t1745
     out[471 * S + k] = 0.0
-    out[472 * S + k] = t556 * t1791 - t555 * t1789 - t557 * t1799
-    out[473 * S + k] = t556 * t1814 - t555 * t1812 - t557 * t1822
-    out[474 * S + k] = t1864
-    out[475 * S + k] = t1893
-    out[476 * S + k] = t1922
-    out[477 * S + k] = -(t557 * t1952 + (t555 * t1936 + t556 * t1941))
-    out[478 * S + k] = t557 * t1992 + (t555 * t1978 - t556 * t1982)
-    out[479 * S + k] = t1893
-    out[480 * S + k] = t1864
-    out[481 * S + k] = t1922
-    out[482 * S + k] = -(t557 * t2045 + (t555 * t2027 + t556 * t2033))
-    out[483 * S + k] = -(t557 * t2097 + (t555 * t2079 + t556 * t2085))
-    out[484 * S + k] = t557 * t2143 + (t555 * t2127 + t556 * t2132)
-    out[485 * S + k] = t557 * t2187 + (t556 * t2177 - t555 * t2171)
-    out[486 * S + k] = t557 * t2232 - t555 * t2215 - t556 * t2221
-    out[487 * S + k] = t555 * t2252 + t556 * t2255 - t557 * t2265
-    out[488 * S + k] = t557 * t2321 + (t556 * t2310 - t555 * t2303)
-    out[489 * S + k] = t557 * t2377 + (t555 * t2360 + t556 * t2366)
-    out[490 * S + k] = t555 * t2416 - t556 * t2422 - t557 * t2433
-    out[491 * S + k] = t555 * t2468 + t556 * t2474 - t557 * t2484
-    out[492 * S + k] = t555 * t2519 + t556 * t2525 - t557 * t2536
-    out[493 * S + k] = t556 * t2583 - t555 * t2576 - t557 * t2594
-    out[494 * S + k] = t555 * t2632 + t556 * t2638 - t557 * t2648
-    out[495 * S + k] = t2694 + t555 * t2689 - t556 * t2696 - t557 * t2708
-    out[496 * S + k] = t2779
-    out[497 * S + k] = t2840
-    out[498 * S + k] = t1788
-    out[499 * S + k] = t555 * t2841 - t556 * t2843 - t557 * t2853
-    out[500 * S + k] = t555 * t2870 - t556 * t2874 - t557 * t2885
-    out[501 * S + k] = t557 * t2922 + (t555 * t2907 + t556 * t2912)
-    out[502 * S + k] = t555 * t2952 + t556 * t2958 - t557 * t2968
-    out[503 * S + k] = -t3028
+    out[472 * S + k] = t545 * t1748 - t544 * t1746 - t546 * t1756
+    out[473 * S + k] = t545 * t1771 - t544 * t1769 - t546 * t1779
+    out[474 * S + k] = t1821
+    out[475 * S + k] = t1850
+    out[476 * S + k] = t1879
+    out[477 * S + k] = -(t546 * t1909 + (t544 * t1893 + t545 * t1898))
+    out[478 * S + k] = t546 * t1949 + (t544 * t1935 - t545 * t1939)
+    out[479 * S + k] = t1850
+    out[480 * S + k] = t1821
+    out[481 * S + k] = t1879
+    out[482 * S + k] = -(t546 * t2002 + (t544 * t1984 + t545 * t1990))
+    out[483 * S + k] = -(t546 * t2054 + (t544 * t2036 + t545 * t2042))
+    out[484 * S + k] = t546 * t2100 + (t544 * t2084 + t545 * t2089)
+    out[485 * S + k] = t546 * t2144 + (t545 * t2134 - t544 * t2128)
+    out[486 * S + k] = t546 * t2189 - t544 * t2172 - t545 * t2178
+    out[487 * S + k] = t544 * t2209 + t545 * t2212 - t546 * t2222
+    out[488 * S + k] = t546 * t2278 + (t545 * t2267 - t544 * t2260)
+    out[489 * S + k] = t546 * t2334 + (t544 * t2317 + t545 * t2323)
+    out[490 * S + k] = t544 * t2373 - t545 * t2379 - t546 * t2390
+    out[491 * S + k] = t544 * t2425 + t545 * t2431 - t546 * t2441
+    out[492 * S + k] = t544 * t2476 + t545 * t2482 - t546 * t2493
+    out[493 * S + k] = t545 * t2540 - t544 * t2533 - t546 * t2551
+    out[494 * S + k] = t544 * t2589 + t545 * t2595 - t546 * t2605
+    out[495 * S + k] = t2651 + t544 * t2646 - t545 * t2653 - t546 * t2665
+    out[496 * S + k] = t2736
+    out[497 * S + k] = t2797
+    out[498 * S + k] = t1745
+    out[499 * S + k] = t544 * t2798 - t545 * t2800 - t546 * t2810
+    out[500 * S + k] = t544 * t2827 - t545 * t2831 - t546 * t2842
+    out[501 * S + k] = t546 * t2879 + (t544 * t2864 + t545 * t2869)
+    out[502 * S + k] = t544 * t2909 + t545 * t2915 - t546 * t2925
+    out[503 * S + k] = -t2985
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
