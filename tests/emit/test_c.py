@@ -85,7 +85,9 @@ def assert_same_tables(library: Library, of: Compiled, kernel: Kernel) -> None:
     assert list(values.in_dll(library.loaded, f"{library.source.stem}_parameter_values")) == kernel.values.tolist()
 
 
-@settings(deadline=None, max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    deadline=None, max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(found=st.lists(programs(size=80), min_size=10, max_size=25))
 def test_random_programs_mean_what_the_evaluator_says(build: Build, found: list[Program]) -> None:
     library = build(of_programs(*found))

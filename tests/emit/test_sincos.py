@@ -45,7 +45,7 @@ def test_exact_at_multiples_of_a_right_angle(sincos: Pair) -> None:
             assert abs(found - wanted) < 2.3e-16
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], deadline=None)
 @given(x=st.floats(1e6, 0.9e15))
 def test_beyond_it_is_as_exact_as_the_angle(sincos: Pair, x: float) -> None:
     sine, cosine = sincos(x)
