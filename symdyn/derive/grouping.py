@@ -16,7 +16,7 @@ import sympy as sp
 from symdyn.derive.joint_frames import JointFrame, moved
 from symdyn.derive.steps import Steps
 
-_ENTRIES = [(r, c) for r in range(4) for c in range(r, 4)]
+ENTRIES = [(r, c) for r in range(4) for c in range(r, 4)]
 _AXES = "xyz1"
 
 
@@ -53,6 +53,11 @@ def _turn(frame: JointFrame) -> sp.Matrix:
 
 def _named(inertia: sp.Matrix, i: int, origin: str, steps: Steps) -> sp.Matrix:
     named = sp.zeros(4, 4)
-    for r, c in _ENTRIES:
-        named[r, c] = named[c, r] = steps.name(f"J_{i}_{_AXES[r]}{_AXES[c]}", inertia[r, c], origin)
+    for r, c in ENTRIES:
+        named[r, c] = named[c, r] = steps.name(name_of(i, r, c), inertia[r, c], origin)
     return named
+
+
+def name_of(link: int, row: int, column: int) -> str:
+    """Of an entry of the grouped pseudo-inertia of a link, counted from 1: ``J_2_xx``, ``J_2_x1``, ``J_2_11``."""
+    return f"J_{link}_{_AXES[row]}{_AXES[column]}"

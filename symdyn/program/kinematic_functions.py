@@ -30,8 +30,8 @@ def kinematic_functions(equations: EquationsOfMotion) -> tuple[Function, ...]:
     place = {axis.address: k for k, axis in enumerate(axes)}
     at = [place[joint.name] for joint in robot.joints]
 
-    def program(name: str, arguments: Sequence[Argument], steps: Steps, outputs: sp.Matrix) -> Program:
-        shape = outputs.shape if outputs.shape[1] > 1 else (outputs.shape[0],)
+    def program(name: str, arguments: Sequence[Argument], steps: Steps, outputs: sp.Matrix, flat: bool = False) -> Program:
+        shape = (len(outputs),) if flat else outputs.shape
         return lower(name, (*arguments, p), steps.freeze(), list(outputs), shape)
 
     def spread(matrix: sp.Matrix, rows: Sequence[int], columns: Sequence[int], shape: tuple[int, int]) -> sp.Matrix:
@@ -58,7 +58,7 @@ def kinematic_functions(equations: EquationsOfMotion) -> tuple[Function, ...]:
     center = center_of_mass(robot, steps)
     if center is not None:
         doc = "Centre of mass (3,) of links and tool in the world."
-        found.append(Function(program("center_of_mass", (q,), steps, center), doc))
+        found.append(Function(program("center_of_mass", (q,), steps, center, flat=True), doc))
     steps = Steps()
     matrix = spread(coriolis_matrix(robot, steps), at, at, (n, n))
     doc = "C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."
@@ -69,5 +69,5 @@ def kinematic_functions(equations: EquationsOfMotion) -> tuple[Function, ...]:
         f"Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, {_AXES}. "
         "Take it from inverse dynamics, or add it to tau."
     )
-    found.append(Function(program("wrench_effort", (q, WRENCH), steps, efforts), doc))
+    found.append(Function(program("wrench_effort", (q, WRENCH), steps, efforts, flat=True), doc))
     return tuple(found)
