@@ -1,7 +1,7 @@
 """Base inertial parameters by name: the fewest numbers that the efforts of the rigid arm depend on, by rules.
 
-A link enters through its pseudo-inertia in its joint frame (z is the joint's axis): mass ``1``, first moments ``x``,
-``y``, ``z``, second moments ``xx`` to ``zz``, which make the inertia tensor: I_xx = yy + zz, I_xy = -xy, and so on.
+A link enters through its pseudo-inertia in its joint frame (z is the joint's axis): mass ``11``, first moments ``x1``,
+``y1``, ``z1``, second moments ``xx`` to ``zz``, which make the inertia tensor: I_xx = yy + zz, I_xy = -xy, and so on.
 Grouping (``symdyn.derive.grouping``) hands on what a link cannot show; of the rest, what is left of it here is
 
 - nothing that no effort contains (the first link's, but for its inertia about its own axis);
@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symdyn.derive.grouping import ENTRIES, name_of
+from symdyn.derive.grouping import ENTRIES, group, name_of, parallel_axes
 from symdyn.derive.joint_frames import JointFrame, joint_frames
-from symdyn.derive.newton_euler import inverse_dynamics
+from symdyn.derive.newton_euler import efforts
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
 
@@ -28,56 +28,47 @@ UNITS = {0: "kg m^2", 1: "kg m", 2: "kg"}
 class BaseParameter:
     """``entry`` of the grouped pseudo-inertia of ``link``, as an expression of the robot's parameters."""
 
-    name: str  # as in the steps of the derivation: J_2_xx
     link: str
-    entry: str
+    entry: str  # "xx" to "zz", "x1" to "z1", "11"; or "xx + yy"
     expression: sp.Expr
     unit: str
 
 
 def base_parameters(robot: Robot) -> tuple[BaseParameter, ...]:
     """Those of the links, from the base outwards; drives and other effects have parameters of their own."""
-    steps, names = Steps(), [joint.name for joint in robot.joints]
-    efforts = inverse_dynamics(robot, steps)
-    moments = {name_of(i, r, c) for i in range(1, len(names) + 1) for r, c in ENTRIES}
-    needed = set().union(*(effort.free_symbols for effort in efforts))
+    chain, names, steps = joint_frames(robot), [joint.name for joint in robot.joints], Steps()
+    inertias = group(chain, names, steps)
     given: dict[sp.Symbol, sp.Expr] = {}
     for step in steps.freeze():
-        if step.symbol.name in moments:
-            given[step.symbol] = sp.expand(step.expression.xreplace(given))
-    for step in reversed(steps.freeze()):
-        if step.symbol in needed and step.symbol not in given:
-            needed |= step.expression.free_symbols
-    chain, found = joint_frames(robot), list[BaseParameter]()
-    for i, (link, planar) in enumerate(zip(names, _turning_about_one_direction(chain), strict=True), start=1):
-        for r, c in ENTRIES:
-            symbol = sp.Symbol(name_of(i, r, c), real=True)
-            if symbol not in needed or symbol not in given:
-                continue
-            name, expression = symbol.name, given[symbol]
-            if planar and (r, c) == (0, 0):
-                other = sp.Symbol(name_of(i, 1, 1), real=True)
-                name, expression = f"{name} + {other.name}", sp.expand(expression + given.get(other, other))
-            elif planar and (r, c) == (1, 1):
-                continue
-            found.append(BaseParameter(name, link, name_of(i, r, c).rpartition("_")[2], expression, UNITS[(r, c).count(3)]))
+        given[step.symbol] = sp.expand(step.expression.xreplace(given))
+    visible = _visible(robot, chain, inertias)
+    found = list[BaseParameter]()
+    for i, (inertia, planar) in enumerate(zip(inertias, parallel_axes(chain), strict=True), start=1):
+        shown = {(r, c): sp.expand(inertia[r, c].xreplace(given)) for r, c in ENTRIES if (i, r, c) in visible}
+        if planar and {(0, 0), (1, 1)} & set(shown):
+            total = shown.pop((0, 0), sp.Integer(0)) + shown.pop((1, 1), sp.Integer(0))
+            found.append(BaseParameter(names[i - 1], "xx + yy", sp.expand(total), UNITS[0]))
+        found += [
+            BaseParameter(names[i - 1], name_of(i, r, c).rpartition("_")[2], value, UNITS[(r, c).count(3)])
+            for (r, c), value in shown.items()
+        ]
     return tuple(found)
 
 
-def _turning_about_one_direction(chain: Sequence[JointFrame]) -> list[bool]:
-    """For each revolute link, whether the axes of all revolute joints before it are parallel to its own."""
-    found, along = [], None  # the common direction, in the frame that was reached
-    parallel = True
-    for frame in chain:
-        direction = None if along is None else frame.twist.T * along
-        if frame.prismatic:
-            if direction is not None:
-                c, s = sp.cos(frame.angle), sp.sin(frame.angle)
-                along = sp.Matrix([[c, s, 0], [-s, c, 0], [0, 0, 1]]) * direction
-            found.append(False)
-            continue
-        if direction is not None:
-            parallel = parallel and sp.simplify(direction[0]) == 0 and sp.simplify(direction[1]) == 0
-        along = sp.Matrix([0, 0, 1])
-        found.append(parallel)
-    return found
+def _visible(robot: Robot, chain: Sequence[JointFrame], inertias: Sequence[sp.Matrix]) -> set[tuple[int, int, int]]:
+    """Which entries (link, row, column) reach an effort: each stands as a symbol of its own, but for zeros."""
+    stands = {}
+    marked = []
+    for i, inertia in enumerate(inertias, start=1):
+        matrix = sp.zeros(4, 4)
+        for r, c in ENTRIES:
+            if inertia[r, c] != 0:
+                matrix[r, c] = matrix[c, r] = symbol = sp.Dummy(name_of(i, r, c), real=True)
+                stands[symbol] = (i, r, c)
+        marked.append(matrix)
+    steps = Steps()
+    needed = set().union(*(sp.expand(effort).free_symbols for effort in efforts(robot, chain, marked, steps)))
+    for step in reversed(steps.freeze()):
+        if step.symbol in needed:
+            needed |= sp.expand(step.expression).free_symbols
+    return {place for symbol, place in stands.items() if symbol in needed}
