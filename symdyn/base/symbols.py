@@ -35,6 +35,11 @@ def hidden(index: int) -> sp.Symbol:
     return sp.Symbol(f"z_{index}", real=True)
 
 
+def wrench(index: int) -> sp.Symbol:
+    """Of a wrench on the tool: forces ``w_1`` to ``w_3``, moments ``w_4`` to ``w_6``."""
+    return sp.Symbol(f"w_{index}", real=True)
+
+
 def arm_effort(index: int) -> sp.Symbol:
     """Stands for the effort of a large arm along ``q_i`` where its closed form would not be read."""
     return sp.Symbol(f"tau_arm_{index}", real=True)

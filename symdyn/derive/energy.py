@@ -20,7 +20,7 @@ def energies(robot: Robot, steps: Steps) -> tuple[sp.Expr, sp.Expr]:
     chain = zip(frames(robot), bodies(robot), robot.joints, strict=True)
     for i, (frame, link, joint) in enumerate(chain, start=1):
         c, label = frame.coordinate, f"link {i} ({joint.name})"
-        rotation = name_matrix(f"R_{i}", frame.rotation, f"{label}: rotation", steps)
+        rotation = steps.matrix(f"R_{i}", frame.rotation, f"{label}: rotation")
         velocity = rotation.T * (velocity + omega.cross(frame.before))
         omega = rotation.T * omega
         if frame.prismatic:
@@ -34,11 +34,6 @@ def energies(robot: Robot, steps: Steps) -> tuple[sp.Expr, sp.Expr]:
         origin = steps.vector(
             f"x_{i}", origin + orientation * (frame.before + rotation * frame.after), f"{label}: its origin"
         )
-        orientation = name_matrix(f"Q_{i}", orientation * rotation, f"{label}: orientation", steps)
+        orientation = steps.matrix(f"Q_{i}", orientation * rotation, f"{label}: orientation")
         potential -= gravity.dot(link.mass * origin + orientation * link.first_moment)
     return kinetic, potential
-
-
-def name_matrix(name: str, matrix: sp.Matrix, origin: str, steps: Steps) -> sp.Matrix:
-    """The matrix with its entries named, so that each product of sines and cosines is formed once."""
-    return sp.Matrix(3, 3, lambda r, k: steps.name(f"{name}_{r + 1}{k + 1}", matrix[r, k], origin))

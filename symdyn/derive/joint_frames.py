@@ -14,7 +14,15 @@ from symdyn.derive.bodies import bodies
 from symdyn.derive.coordinates import Coordinate, joint_coordinates
 from symdyn.derive.kinematics import fixed, rotation_x
 from symdyn.derive.quantities import angle_expression, expression
-from symdyn.spec.records import Convention, JointKind, Placement, Robot
+from symdyn.spec.records import Convention, DHRow, JointKind, Placement, Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Of one frame in another: ``position`` (3,) of its origin, ``rotation`` (3, 3) from its axes to the other's."""
+
+    position: sp.Matrix
+    rotation: sp.Matrix
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,19 +49,16 @@ class JointFrame:
 
 def joint_frames(robot: Robot) -> tuple[JointFrame, ...]:
     """One frame per joint, from the base outwards."""
-    link = _Pose(sp.zeros(3, 1), sp.eye(3))  # of the link frame in the joint frame before
+    link = Pose(sp.zeros(3, 1), sp.eye(3))  # of the link frame in the joint frame before
     found = []
     for joint, coordinate, own in zip(robot.joints, joint_coordinates(robot), bodies(robot), strict=True):
         prismatic = joint.kind is JointKind.PRISMATIC
         row = joint.placement
-        if isinstance(row, Placement):
-            step, twist = fixed(row)
-            angle, along, after = sp.Integer(0), sp.Integer(0), _Pose(sp.zeros(3, 1), sp.eye(3))
-        else:
-            bend = _Pose(sp.Matrix([expression(row.a), 0, 0]), rotation_x(angle_expression(row.alpha)))
-            angle, along, none = angle_expression(row.theta), expression(row.d), _Pose(sp.zeros(3, 1), sp.eye(3))
-            before, after = (none, bend) if robot.convention is Convention.STANDARD else (bend, none)
-            step, twist = before.position, before.rotation
+        before, after = _bends(row, robot.convention)
+        step, twist = before.position, before.rotation
+        angle = along = sp.Integer(0)
+        if isinstance(row, DHRow):
+            angle, along = angle_expression(row.theta), expression(row.d)
         if prismatic:
             along += coordinate.q
         else:
@@ -66,10 +71,20 @@ def joint_frames(robot: Robot) -> tuple[JointFrame, ...]:
     return tuple(found)
 
 
-@dataclass(frozen=True, slots=True)
-class _Pose:
-    position: sp.Matrix
-    rotation: sp.Matrix
+def tool_pose(robot: Robot) -> Pose:
+    """The tool's frame in the last joint frame; the last link's own frame where there is no tool."""
+    _, link = _bends(robot.joints[-1].placement, robot.convention)
+    position, rotation = fixed(robot.tool.placement if robot.tool is not None else None)
+    return Pose(link.position + link.rotation * position, link.rotation * rotation)
+
+
+def _bends(row: DHRow | Placement, convention: Convention) -> tuple[Pose, Pose]:
+    """What is fixed before the joint, and from the joint to its link's frame."""
+    none = Pose(sp.zeros(3, 1), sp.eye(3))
+    if isinstance(row, Placement):
+        return Pose(*fixed(row)), none
+    bend = Pose(sp.Matrix([expression(row.a), 0, 0]), rotation_x(angle_expression(row.alpha)))
+    return (none, bend) if convention is Convention.STANDARD else (bend, none)
 
 
 def moved(pseudo_inertia: sp.Matrix, rotation: sp.Matrix, position: sp.Matrix) -> sp.Matrix:

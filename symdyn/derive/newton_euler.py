@@ -30,9 +30,16 @@ def inverse_dynamics(robot: Robot, steps: Steps, grouped: bool = True) -> tuple[
 
     ``grouped``: with base inertial parameters, which are fewer, in place of those of each link.
     """
-    chain = joint_frames(robot)
-    names = [joint.name for joint in robot.joints]
+    chain, names = joint_frames(robot), [joint.name for joint in robot.joints]
     inertias = group(chain, names, steps) if grouped else tuple(frame.pseudo_inertia for frame in chain)
+    return efforts(robot, chain, inertias, steps)
+
+
+def efforts(
+    robot: Robot, chain: Sequence[JointFrame], inertias: Sequence[sp.Matrix], steps: Steps
+) -> tuple[sp.Expr, ...]:
+    """The same with any pseudo-inertias (4, 4) of the links in place of their own."""
+    names = [joint.name for joint in robot.joints]
     _, base = fixed(robot.base)
     gravity = base.T * sp.Matrix([expression(entry) for entry in robot.gravity])
     motion = _Motion(sp.zeros(3, 1), sp.zeros(3, 1), sp.Integer(0), sp.zeros(3, 3), -gravity)
@@ -141,16 +148,16 @@ def _inward(
     names: Sequence[str],
     steps: Steps,
 ) -> tuple[sp.Expr, ...]:
-    efforts: list[sp.Expr] = []
+    found: list[sp.Expr] = []
     force = moment = sp.zeros(3, 1)  # of link i+1 on link i, in frame i
     for i in range(len(chain), 0, -1):
         frame, law = chain[i - 1], f"link {i} ({names[i - 1]})"
         force = steps.vector(f"f_{i}", wrenches[i - 1][0] + force, f"{law}: force from link {i - 1}")
         moment = steps.vector(f"n_{i}", wrenches[i - 1][1] + moment, f"{law}: moment from link {i - 1}")
-        efforts.append(force[2] if frame.prismatic else moment[2])
+        found.append(force[2] if frame.prismatic else moment[2])
         force = steps.vector(f"f_{i}t", turned[i - 1] * force, f"{law}: force, before its turn")
         force = steps.vector(f"f_{i}b", frame.twist * force, f"{law}: force, in frame {i - 1}")
         moment = steps.vector(f"n_{i}t", turned[i - 1] * moment, f"{law}: moment, before its turn")
         moment = frame.twist * moment + frame.position.cross(force)
         moment = steps.vector(f"n_{i}b", moment, f"{law}: moment, in frame {i - 1}")
-    return tuple(reversed(efforts))
+    return tuple(reversed(found))

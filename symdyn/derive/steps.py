@@ -44,5 +44,9 @@ class Steps:
         entries = zip("xyz", vector, strict=True)
         return sp.Matrix([self.name(f"{name}_{axis}", entry, origin) for axis, entry in entries])
 
+    def matrix(self, name: str, matrix: sp.Matrix, origin: str) -> sp.Matrix:
+        """The matrix with its entries named ``name_11``, ``name_12``, ...; products are then formed once."""
+        return sp.Matrix(*matrix.shape, lambda r, k: self.name(f"{name}_{r + 1}{k + 1}", matrix[r, k], origin))
+
     def freeze(self) -> tuple[Step, ...]:
         return tuple(self._steps)

@@ -6,18 +6,19 @@ from typing import Any
 
 import sympy as sp
 
+from symdyn.base import symbols
+from symdyn.derive import base_parameters as base
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit import latex
 from symdyn.physics import catalogue
+from symdyn.spec.records import Robot
 
 
 class _Text:
     """Prints expressions with parameters under their own names."""
 
-    def __init__(self, equations: EquationsOfMotion) -> None:
-        self._names = {
-            s: sp.Symbol(p.name) for s, p in zip(equations.parameters, equations.robot.parameters, strict=True)
-        }
+    def __init__(self, robot: Robot) -> None:
+        self._names = {symbols.parameter(p.name): sp.Symbol(p.name) for p in robot.parameters}
 
     def __call__(self, expression: sp.Expr) -> str:
         return str(sp.sstr(expression.xreplace(self._names)))
@@ -25,15 +26,21 @@ class _Text:
 
 def equations(of: EquationsOfMotion) -> list[tuple[str, str]]:
     """(place, "left = right") of every coordinate and hidden state."""
-    text = _Text(of)
+    text = _Text(of.robot)
     return [(place, f"{_sum(text, left)} = {_sum(text, right)}") for place, left, right in latex.sides(of)]
 
 
 def steps(of: EquationsOfMotion) -> list[tuple[str, str, str]]:
     """(symbol, expression, origin) of the Newton-Euler intermediates and of the effects."""
-    text = _Text(of)
+    text = _Text(of.robot)
     found, _ = of.required()
     return [(str(s.symbol), text(s.expression), s.origin) for s in found]
+
+
+def base_parameters(robot: Robot) -> list[tuple[str, str, str, str]]:
+    """(link, entry of its pseudo-inertia, expression, unit) of the base inertial parameters."""
+    text = _Text(robot)
+    return [(b.link, b.entry, text(b.expression), b.unit) for b in base.base_parameters(robot)]
 
 
 def catalogue_rows() -> list[dict[str, Any]]:

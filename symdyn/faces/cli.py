@@ -77,6 +77,27 @@ def derive(
     model_commands.derive(model, steps, json)
 
 
+@app.command("base-parameters")
+def base_parameters(model: Model, json: Json = False) -> None:
+    """List the fewest inertial parameters that the arm's efforts depend on, as expressions of the given ones."""
+    from symdyn.faces import arm_commands
+
+    arm_commands.base_parameters(model, json)
+
+
+@app.command()
+def variants(
+    model: Model,
+    states: Annotated[int, typer.Option("--states", help="How many random states to compare at.")] = 100,
+    speed: Annotated[float, typer.Option("--speed", help="Share of the top speeds that the states reach.")] = 1.0,
+    json: Json = False,
+) -> None:
+    """Compare simpler models of the arm: what they miss at each joint, and what they save."""
+    from symdyn.faces import arm_commands
+
+    arm_commands.variants(model, states, speed, json)
+
+
 @app.command()
 def generate(
     models: Annotated[list[str] | None, typer.Argument(help="Robots to generate.")] = None,

@@ -14,6 +14,7 @@ from symdyn.faces.console import err, out, print_json, print_table, print_warnin
 from symdyn.faces.recordings import open_recording
 from symdyn.spec.machines import machine_file, machine_names
 from symdyn.spec.places import places
+from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
 
@@ -135,6 +136,13 @@ def effects(json: bool) -> None:
         return
     shown = [(r["effect"], ", ".join(r["at"]), ", ".join(r["parameters"]), r["signature"]) for r in rows]
     print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown)
+
+
+def refuse_free_parameters(robot: Robot) -> None:
+    """Raises UsageError (SD304) for a robot that has parameters without a value."""
+    free = [p.name for p in robot.parameters if p.value is None]
+    if free:
+        raise UsageError(Problem("SD304", f"these parameters have no value: {', '.join(free)}", robot.where))
 
 
 def _list_machines(json: bool) -> None:

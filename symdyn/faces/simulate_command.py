@@ -15,6 +15,7 @@ from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
 from symdyn.base.files import write_atomically
 from symdyn.faces.console import err, print_json, status
+from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.numeric.simulate import simulate
 
 MOST_ROWS = 10_000_000
@@ -37,9 +38,7 @@ def run(
     if not (math.isfinite(smoothing) and smoothing > 0):
         raise UsageError(Problem("SD302", "--smoothing must be positive"))
     robot = compiler.load_robot(model)
-    free = [p.name for p in robot.parameters if p.value is None]
-    if free:
-        raise UsageError(Problem("SD304", f"these parameters have no value: {', '.join(free)}", robot.where))
+    refuse_free_parameters(robot)
     kernel = compiler.compile_robot(robot, smoothing=smoothing).kernel()
     u = _named(inputs, kernel.inputs, "--input")
     x = _named(start, kernel.states, "--start")

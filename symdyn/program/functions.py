@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import sympy as sp
 
@@ -15,23 +15,16 @@ from symdyn.program.builder import Builder
 from symdyn.program.compose import inline
 from symdyn.program.differentiate import differentiate
 from symdyn.program.folding import fold
+from symdyn.program.function import Function
+from symdyn.program.kinematic_functions import kinematic_functions
 from symdyn.program.lower import lower
 from symdyn.program.smooth import smooth
-from symdyn.program.solve import solve_symmetric
+from symdyn.program.solve import invert_symmetric, solve_symmetric
 from symdyn.program.ssa import Argument, Op, Program
 from symdyn.program.substitute import bind
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
-    """A function that a kernel offers. ``program`` takes the parameter vector ``p`` as its last argument."""
-
-    program: Program
-    doc: str
-
-    @property
-    def name(self) -> str:
-        return self.program.name
+__all__ = ["Function", "fold_parameters", "functions"]
 
 
 def functions(equations: EquationsOfMotion, smoothing: float | None = None) -> tuple[Function, ...]:
@@ -75,6 +68,7 @@ class _Functions:
             Function(required, "Effort (n,) along each coordinate that the motion needs."),
             Function(forward, "Acceleration (n,) under efforts tau."),
             Function(mass, "Mass matrix M (n, n): symmetric, positive definite."),
+            Function(self.mass_matrix_inverse(mass), "Inverse of the mass matrix (n, n)."),
             Function(bias, "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
             Function(gravity, "Effort (n,) that holds the arm against gravity."),
             Function(energy, "Kinetic and potential energy (2,) in J."),
@@ -115,7 +109,7 @@ class _Functions:
                 Function(differentiate(output, self.x.symbols, "output_state_jacobian"), "C = d output / d x."),
                 Function(differentiate(output, self.u.symbols, "output_input_jacobian"), "D = d output / d u."),
             ]
-        return tuple(found)
+        return (*found, *kinematic_functions(equations))
 
     def lower(
         self, name: str, arguments: tuple[Argument, ...], outputs: Sequence[sp.Expr], steps: Sequence[Step] = ()
@@ -135,6 +129,12 @@ class _Functions:
         sums = [fold(builder, Op.ADD, pair, "inertia of the arm and of effects") for pair in entries]
         return builder.program("mass_matrix", (self.q, self.p), sums, (self.n, self.n))
 
+    def mass_matrix_inverse(self, mass: Program) -> Program:
+        builder = Builder()
+        inverse = invert_symmetric(builder, _rows(inline(builder, mass), self.n))
+        entries = [entry for row in inverse for entry in row]
+        return builder.program("mass_matrix_inverse", (self.q, self.p), entries, (self.n, self.n))
+
     def forward_dynamics(self, mass: Program, bias: Program) -> Program:
         builder = Builder()
         entries = inline(builder, mass)
@@ -143,8 +143,7 @@ class _Functions:
             builder.intern(Op.SUB, (builder.input(symbol), force), "effort less bias force")
             for symbol, force in zip(self.tau.symbols, forces, strict=True)
         ]
-        rows = [entries[i * self.n : (i + 1) * self.n] for i in range(self.n)]
-        solution = solve_symmetric(builder, rows, right)
+        solution = solve_symmetric(builder, _rows(entries, self.n), right)
         return builder.program("forward_dynamics", (self.q, self.qd, self.tau, self.p), solution, (self.n,))
 
     def rates(self) -> Program:
@@ -207,8 +206,7 @@ class _Functions:
         """
         zero = builder.constant(0.0)
         given = dict(zip(self.qdd.symbols, accelerations, strict=True))
-        entries = inline(builder, mass)
-        rows = [entries[i * self.n : (i + 1) * self.n] for i in range(self.n)]
+        rows = _rows(inline(builder, mass), self.n)
         needed = _columns(inline(builder, tangent, given), self.n) if tangent is not None else []
         supplied = _columns(inline(builder, driven), self.n) if driven is not None else []
         none = (zero,) * self.n
@@ -220,6 +218,10 @@ class _Functions:
             right = [fold(builder, Op.SUB, pair, origin) for pair in zip(plus, minus, strict=True)]
             found.append(solve_symmetric(builder, rows, right))
         return found
+
+
+def _rows(entries: Sequence[int], width: int) -> list[Sequence[int]]:
+    return [entries[i : i + width] for i in range(0, len(entries), width)]
 
 
 def _columns(entries: Sequence[int], rows: int) -> list[tuple[int, ...]]:

@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import sympy as sp
 from hypothesis import strategies as st
 
 from symdyn.compiler import load_robot, robot_from_text
-from symdyn.spec.records import ZERO, Convention, DHRow, InertiaAbout, Joint, JointKind, Link, Monomial, Robot
+from symdyn.spec.records import (
+    ZERO,
+    Convention,
+    DHRow,
+    InertiaAbout,
+    Joint,
+    JointKind,
+    Link,
+    Monomial,
+    Placement,
+    Robot,
+    Tool,
+)
 
 PENDULUM = """\
 [robot]
@@ -111,11 +124,15 @@ _SPREAD = st.fractions(Fraction(1, 100), Fraction(1, 2), max_denominator=100)  #
 
 
 def _turned(principal: sp.Matrix, axis: tuple[Fraction, ...]) -> sp.Matrix:
-    """The tensor turned by Cayley's rational rotation."""
+    rotation = _rotation(axis)
+    return rotation * principal * rotation.T
+
+
+def _rotation(axis: tuple[Fraction, ...]) -> sp.Matrix:
+    """Cayley's rational rotation."""
     x, y, z = (sp.Rational(a.numerator, a.denominator) for a in axis)
     skew = sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    rotation = (sp.eye(3) - skew).inv() * (sp.eye(3) + skew)
-    return rotation * principal * rotation.T
+    return (sp.eye(3) - skew).inv() * (sp.eye(3) + skew)
 
 
 @st.composite
@@ -150,6 +167,24 @@ def serial_robots(draw: st.DrawFn, most_joints: int = 5) -> Robot:
     pull = [plain(draw(st.fractions(-10, 10, max_denominator=10))) for _ in range(3)]
     convention = draw(st.sampled_from(Convention))
     return Robot("random", "", convention, (pull[0], pull[1], pull[2]), tuple(joints), (), ())
+
+
+@st.composite
+def placements(draw: st.DrawFn) -> Placement:
+    """A frame at any place, turned by rational angles."""
+    position = tuple(plain(draw(_LENGTH)) for _ in range(3))
+    turned = _rotation(tuple(draw(_LENGTH) for _ in range(3)))
+    x, y, z = (tuple(float(turned[r, c]) for c in range(3)) for r in range(3))
+    return Placement((position[0], position[1], position[2]), ((x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])))
+
+
+@st.composite
+def equipped_robots(draw: st.DrawFn, most_joints: int = 4) -> tuple[Robot, dict[str, list[float]]]:
+    """A random robot on a base, with or without a tool, and q, qd, qdd."""
+    robot = draw(serial_robots(most_joints))
+    tool = draw(st.none() | st.builds(Tool, placements(), st.just(Link()) | links()))
+    robot = replace(robot, base=draw(st.none() | placements()), tool=tool)
+    return robot, draw(states(robot))
 
 
 def states(robot: Robot) -> st.SearchStrategy[dict[str, list[float]]]:

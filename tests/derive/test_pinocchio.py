@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from symdyn.derive.equations import equations_of_motion
-from symdyn.spec.records import Convention, InertiaAbout, JointKind, Link, Monomial, Robot
+from symdyn.spec.records import Convention, DHRow, InertiaAbout, JointKind, Link, Monomial, Placement, Robot
 
 from .evaluation import close, energy, inverse_dynamics, mass_matrix
 from .robots import moving_robots
@@ -35,9 +35,10 @@ def model_of(robot: Robot) -> Any:
     """The arm in Pinocchio: joints about or along z, placed by the rows; a link sits behind its joint."""
     model = pin.Model()
     model.gravity = pin.Motion(np.array([float(g.coefficient) for g in robot.gravity]), np.zeros(3))
-    parent, reached = 0, pin.SE3.Identity()  # reached: the last link's frame, seen from the last joint
+    parent, reached = 0, placed(robot.base)  # reached: the last link's frame, seen from the last joint
     for joint in robot.joints:
         row = joint.placement
+        assert isinstance(row, DHRow)
         theta, d, a, alpha = (float(m.coefficient) for m in (row.theta, row.d, row.a, row.alpha))
         along_z = turn(Z, theta) * shift(d * Z)
         along_x = shift(a * X) * turn(X, alpha)
@@ -49,7 +50,17 @@ def model_of(robot: Robot) -> Any:
         parent = model.addJoint(parent, kind, reached * before, joint.name)
         model.appendBodyToJoint(parent, inertia_of(joint.link), after)
         reached = after
+    reached = reached * placed(robot.tool.placement if robot.tool is not None else None)
+    if robot.tool is not None:
+        model.appendBodyToJoint(parent, inertia_of(robot.tool.link), reached)
+    model.addFrame(pin.Frame("tool", parent, reached, pin.FrameType.OP_FRAME))
     return model
+
+
+def placed(placement: Placement | None) -> Any:
+    if placement is None:
+        return pin.SE3.Identity()
+    return pin.SE3(np.array(placement.rotation), np.array([float(c.coefficient) for c in placement.position]))
 
 
 def inertia_of(link: Link) -> Any:

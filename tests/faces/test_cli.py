@@ -22,7 +22,20 @@ from symdyn.spec.machines import machine_names
 
 from .command_line import GRAVITY, INERTIA, MOMENT, PENDULUM, Done, contents, nothing, run, torque, write_pair
 
-COMMANDS = ("check", "derive", "generate", "latex", "convert", "effects", "simulate", "identify", "diagnose", "demo")
+COMMANDS = (
+    "check",
+    "derive",
+    "base-parameters",
+    "variants",
+    "generate",
+    "latex",
+    "convert",
+    "effects",
+    "simulate",
+    "identify",
+    "diagnose",
+    "demo",
+)
 
 
 @pytest.fixture
@@ -71,6 +84,9 @@ def test_version() -> None:
         ("simulate", "emps", "--step", "2"),
         ("simulate", "emps", "--step", "1e-12"),
         ("simulate", "emps", "--smoothing", "-1"),
+        ("base-parameters",),
+        ("variants", "emps", "--states", "0"),
+        ("variants", "emps", "--speed", "nan"),
     ],
     ids=" ".join,
 )
