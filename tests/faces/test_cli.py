@@ -29,6 +29,7 @@ COMMANDS = (
     "variants",
     "generate",
     "latex",
+    "convert",
     "effects",
     "simulate",
     "identify",
