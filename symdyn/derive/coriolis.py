@@ -161,9 +161,7 @@ def _turned_inwards(
     return steps.vector(f"{name}t", frame.twist * steps.vector(name, turn * vector, law), law)
 
 
-def _seen_before(
-    body: _Composite, frame: JointFrame, turn: sp.Matrix, j: int, law: str, steps: Steps
-) -> _Composite:
+def _seen_before(body: _Composite, frame: JointFrame, turn: sp.Matrix, j: int, law: str, steps: Steps) -> _Composite:
     """The composite body in the frame before."""
     c, s = turn[0, 0], turn[1, 0]
     squared, both = steps.name(f"ss_{j}", s * s, law), steps.name(f"sc_{j}", s * c, law)

@@ -19,8 +19,7 @@ def base_parameters(model: str, json: bool) -> None:
     if json:
         print_json([{"link": a, "entry": b, "expression": c, "unit": d} for a, b, c, d in rows])
         return
-    given = sum(not joint.link.mass.is_zero or any(not e.is_zero for e in joint.link.inertia) for joint in robot.joints)
-    out.print(f"{len(rows)} base parameters of {given} bodies, in the pseudo-inertias of the joint frames:", markup=False)
+    out.print(f"{len(rows)} base parameters, entries of the pseudo-inertias in the joint frames:", markup=False)
     for link, entry, expression, unit in rows:
         out.print(f"{link} {entry} [{unit}] = {expression}", markup=False)
 

@@ -23,7 +23,6 @@ from symdyn.program.solve import invert_symmetric, solve_symmetric
 from symdyn.program.ssa import Argument, Op, Program
 from symdyn.program.substitute import bind
 
-
 __all__ = ["Function", "fold_parameters", "functions"]
 
 

@@ -30,7 +30,9 @@ def kinematic_functions(equations: EquationsOfMotion) -> tuple[Function, ...]:
     place = {axis.address: k for k, axis in enumerate(axes)}
     at = [place[joint.name] for joint in robot.joints]
 
-    def program(name: str, arguments: Sequence[Argument], steps: Steps, outputs: sp.Matrix, flat: bool = False) -> Program:
+    def program(
+        name: str, arguments: Sequence[Argument], steps: Steps, outputs: sp.Matrix, flat: bool = False
+    ) -> Program:
         shape = (len(outputs),) if flat else outputs.shape
         return lower(name, (*arguments, p), steps.freeze(), list(outputs), shape)
 

@@ -43,17 +43,13 @@ class VariantRow:
 def variants(equations: EquationsOfMotion) -> tuple[Function, ...]:
     """Inverse dynamics of the arm in full, then in its simpler forms; parameters not yet folded in."""
     axes = equations.axes
-    q, qd, qdd = (
-        Argument(name, tuple(str(getattr(a, name)) for a in axes)) for name in ("q", "qd", "qdd")
-    )
+    q, qd, qdd = (Argument(name, tuple(str(getattr(a, name)) for a in axes)) for name in ("q", "qd", "qdd"))
     p = Argument("p", tuple(str(symbol) for symbol in equations.parameters))
     arguments, n = (q, qd, qdd, p), len(axes)
     full = lower("full", arguments, equations.steps, equations.arm, (n,))
     still = bind(full, dict.fromkeys(qd.symbols, 0.0), "no_coriolis")
     gravity = bind(still, dict.fromkeys(qdd.symbols, 0.0), "gravity")
-    diagonal = lower(
-        "diagonal", arguments, equations.mass_steps, [equations.arm_mass[i, i] for i in range(n)], (n,)
-    )
+    diagonal = lower("diagonal", arguments, equations.mass_steps, [equations.arm_mass[i, i] for i in range(n)], (n,))
     builder = Builder()
     entries = zip(inline(builder, diagonal), inline(builder, gravity), qdd.symbols, strict=True)
     outputs = []
@@ -87,8 +83,8 @@ def variant_table(
     rows: list[VariantRow] = []
     full: list[list[float]] = []
     for function in variants(equations):
-        folded = bind(function.program, dict(zip(function.program.arguments[-1].symbols, numbers, strict=True)), drop=("p",))
-        program = optimize(folded).program
+        given = dict(zip(function.program.arguments[-1].symbols, numbers, strict=True))
+        program = optimize(bind(function.program, given, drop=("p",))).program
         efforts = [_efforts(program, state, at) for state in drawn]
         full = full or efforts
         error = tuple(_relative(efforts, full, k) for k in range(len(at)))

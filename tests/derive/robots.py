@@ -175,7 +175,9 @@ def placements(draw: st.DrawFn) -> Placement:
     position = tuple(plain(draw(_LENGTH)) for _ in range(3))
     turned = _rotation(tuple(draw(_LENGTH) for _ in range(3)))
     x, y, z = (tuple(float(turned[r, c]) for c in range(3)) for r in range(3))
-    return Placement((position[0], position[1], position[2]), ((x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])))
+    return Placement(
+        (position[0], position[1], position[2]), ((x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2]))
+    )
 
 
 @st.composite
