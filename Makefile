@@ -43,8 +43,9 @@ generate: $(STAMP) ## write generated/ anew: kernel, equations and manifest of e
 check-generated: $(STAMP) ## see whether generated/ is what the code of today writes, byte by byte
 	@$(BIN)/python scripts/check_generated.py generated
 
-bench: $(STAMP) ## time the kernels beside Pinocchio's wheel
-	@$(BIN)/python benchmarks/kernels.py
+bench: $(STAMP) ## time the kernels beside Pinocchio and CasADi (builds both in C++ once, for some minutes)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	@$(BIN)/python -m benchmarks.speed
 
 docs: $(STAMP) ## write the generated pages of docs/ anew (needs the recordings that SYMDYN_DATASETS names)
 	@$(BIN)/python benchmarks/emps_ladder.py

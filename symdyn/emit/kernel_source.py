@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate, pairwise
 
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
@@ -45,6 +46,7 @@ def _function(program: Program, name: str, doc: str) -> str:
     states = [a for a in arguments if a.name != PARAMETERS]
     size, shape = math.prod(program.shape), program.shape
     flat = len(shape) == 1
+    offsets = list(accumulate((len(a.symbols) for a in arguments), initial=0))
     return render(
         "numba/function.py.j2",
         {
@@ -60,6 +62,10 @@ def _function(program: Program, name: str, doc: str) -> str:
             "column_checks": "\n".join(_batch_check(a, states[0], 1) for a in arguments),
             "scratch": "\n".join(f"    {a.name}_ = np.zeros({BLOCK * len(a.symbols)})" for a in states),
             "block_size": str(BLOCK * size),
+            "packed_size": str(offsets[-1] + size),
+            "packed_inputs": str(offsets[-1]),
+            "packed_names": ", ".join(a.name for a in arguments),
+            "packed_arguments": ", ".join(f"both[{i}:{j}]" for i, j in pairwise(offsets)),
             "flat": "" if flat else ".ravel()",
             "out_check": f"out.size != {size}",
             "scratch_arguments": ", ".join(a.name if a not in states else f"{a.name}_" for a in arguments),
@@ -70,8 +76,9 @@ def _function(program: Program, name: str, doc: str) -> str:
             ),
             "gather_columns": "\n".join(
                 f"        for i in range({len(a.symbols)}):\n"
+                f"            line = {a.name}[i, start:start + here]\n"
                 f"            for j in range(here):\n"
-                f"                {a.name}_[{BLOCK} * i + j] = {a.name}[i, start + j]"
+                f"                {a.name}_[{BLOCK} * i + j] = line[j]"
                 for a in states
             ),
             "reshape": "" if flat else f".reshape({shape})",

@@ -1,0 +1,160 @@
+"""The tables of docs/speed.md, from what was measured."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numba
+
+from benchmarks.speed.costs import Costs
+from benchmarks.speed.measure import Timing, best
+from benchmarks.speed.native import FUNCTIONS
+from benchmarks.speed.targets import ASKED, BATCH, CITED, LOOP, MILLION, ONCE, OPERATIONS, SECONDS
+
+PARALLEL = "symdyn, rows, all cores"
+WORDS = {
+    "inverse_dynamics": "inverse dynamics",
+    "mass_matrix": "mass matrix",
+    "forward_dynamics": "forward dynamics",
+    "forward_dynamics_state_jacobian": "derivatives of forward dynamics",
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """All that was measured of one arm."""
+
+    timings: list[Timing]
+    costs: Costs
+    unavailable: list[str]
+
+
+Results = Mapping[str, Result]
+
+
+def machine() -> str:
+    """Processor, cores, compilers' target, versions of what was compared."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text(encoding="utf-8").split("\n") if cpuinfo.exists() else []
+    name = next((line.split(": ", 1)[1] for line in lines if line.startswith("model name")), platform.processor())
+    flags = next((line for line in lines if line.startswith("flags")), "").split()
+    wide = next((label for flag, label in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if flag in flags), "")
+    cores = numba.config.NUMBA_DEFAULT_NUM_THREADS
+    parts = [
+        f"{name} ({platform.machine()}{', ' + wide if wide else ''}), {cores} cores",
+        f"Python {platform.python_version()}",
+    ]
+    parts += [f"{package} {_version(package)}" for package in ("numba", "numpy", "pin", "casadi")]
+    return "; ".join(parts)
+
+
+def ratios(results: Results) -> list[tuple[str, dict[str, tuple[float | None, float]]]]:
+    """Per row of the table: what is compared, and by robot the ratio that was reached, and that was asked."""
+    rows = []
+    for asked in ASKED:
+        label = f"{WORDS[asked.function]}, {asked.form}, against {asked.rival}"
+        rows.append((label, {name: (_ratio(results[name], asked), asked.ratio[name]) for name in results}))
+    return rows
+
+
+def _ratio(result: Result, asked: object) -> float | None:
+    form, function, rival = (getattr(asked, key) for key in ("form", "function", "rival"))
+    ours = _ours(result, function, form)
+    # Rivals have no batches: they run through the same states in a loop.
+    theirs = best(result.timings, function, LOOP if form == BATCH else form, rival)
+    return theirs.ns / ours.ns if ours and theirs else None
+
+
+def _ours(result: Result, function: str, form: str) -> Timing | None:
+    """The fastest on one thread."""
+    return best([t for t in result.timings if t.who != PARALLEL], function, form, "symdyn")
+
+
+def tables(results: Results) -> str:
+    return "\n\n".join((_asked(results), _cost_table(results), _cited(results), _times(results)))
+
+
+def _asked(results: Results) -> str:
+    lines = ["## Reached, and asked for", "", "Times faster, one thread.", "", *_header("", results)]
+    for label, cells in ratios(results):
+        lines.append(_line(label, [_compared(*cell) for cell in cells.values()]))
+    return "\n".join(lines)
+
+
+def _compared(reached: float | None, asked: float) -> str:
+    if reached is None:
+        return f"not measured ({asked:g})"
+    return f"{reached:.1f} ({asked:g})" + ("" if reached >= asked else ", short")
+
+
+def _cost_table(results: Results) -> str:
+    lines = ["## Before it runs", "", *_header("", results)]
+    for name in FUNCTIONS:
+        cells = []
+        for robot, result in results.items():
+            cost = result.costs.operations[name]
+            asked = " ({} + {})".format(*OPERATIONS[robot]) if name == "inverse_dynamics" else ""
+            cells.append(f"{cost.multiplications} + {cost.additions}{asked}")
+        lines.append(_line(f"{WORDS[name]}: multiplications + additions", cells))
+    words = (
+        "derive and emit all functions, s",
+        "first compilation of seven functions, s",
+        "the same from the cache, s",
+    )
+    for k, word in enumerate(words):
+        reached = {robot: (r.costs.derive, r.costs.compile, r.costs.load)[k] for robot, r in results.items()}
+        lines.append(_line(word, [f"{value:.1f} ({SECONDS[robot][k]:g})" for robot, value in reached.items()]))
+    return "\n".join(lines)
+
+
+def _cited(results: Results) -> str:
+    lines = [
+        "## Against figures from elsewhere", "",
+        "Pinocchio 4.1 C++, measured elsewhere on 2 vCPU of an AMD Zen 5, November 2026, in ns, over the times of",
+        "this run: two machines, so no more than a hint.", "", *_header("compiled loop", results),
+    ]  # fmt: skip
+    for name in FUNCTIONS:
+        found = [(CITED[robot][name], _ours(result, name, LOOP)) for robot, result in results.items()]
+        lines.append(_line(WORDS[name], [f"{ns} / {t.ns:.0f} = {ns / t.ns:.1f}" if t else "" for ns, t in found]))
+    return "\n".join(lines)
+
+
+def _times(results: Results) -> str:
+    """Everything, in nanoseconds per state."""
+    parts = []
+    for robot, result in results.items():
+        for form in (LOOP, BATCH, MILLION, ONCE):
+            these = [t for t in result.timings if t.form == form]
+            names = [name for name in FUNCTIONS if any(t.function == name for t in these)]
+            lines = [
+                f"## {robot}, {form}",
+                "",
+                "ns per state, medians.",
+                "",
+                *_header("", [WORDS[name] for name in names]),
+            ]
+            for who in dict.fromkeys(t.who for t in these):
+                found = {t.function: t.ns for t in these if t.who == who}
+                lines.append(_line(who, [f"{found[name]:.1f}" if name in found else "" for name in names]))
+            parts.append("\n".join(lines))
+        parts += result.unavailable
+    return "\n\n".join(parts)
+
+
+def _header(first: str, columns: Sequence[str] | Results) -> list[str]:
+    return [_line(first, list(columns)), "| --- |" + " ---: |" * len(columns)]
+
+
+def _line(first: str, cells: Sequence[str]) -> str:
+    return f"| {first} | " + " | ".join(cells) + " |"
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,74 @@
+"""The forms beside NAME and NAME_batch give the same numbers: in place, packed, on all cores, a state per column."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symdyn.compiler import Compiled
+from symdyn.emit.kernel import Kernel
+
+Interpreted = Callable[[str], Kernel]
+FUNCTIONS = ("inverse_dynamics", "mass_matrix", "forward_dynamics_state_jacobian")
+COUNTS = (0, 1, 31, 32, 33, 100)  # around the size of a block
+MACHINE = "two-link"
+
+
+def arguments_of(compiled: Compiled, name: str, count: int) -> tuple[np.ndarray, ...]:
+    program = next(form.program for form in compiled.forms if form.name == name)
+    rng = np.random.default_rng(count)
+    return tuple(rng.uniform(-2, 2, (count, len(a.symbols))) for a in program.arguments)
+
+
+def one_by_one(kernel: Kernel, name: str, arguments: tuple[np.ndarray, ...]) -> np.ndarray:
+    function = getattr(kernel, name)
+    shape = function(*(np.ones(a.shape[1]) for a in arguments)).shape
+    found: list[Any] = [function(*(a[k] for a in arguments)) for k in range(len(arguments[0]))]
+    return np.array(found).reshape(len(found), *shape)
+
+
+@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_batches(name: str, count: int, compiled: Callable[[str], Compiled], interpreted: Interpreted) -> None:
+    kernel = interpreted(MACHINE)
+    arguments = arguments_of(compiled(MACHINE), name, count)
+    wanted = one_by_one(kernel, name, arguments)
+    columns = tuple(np.ascontiguousarray(a.T) for a in arguments)
+    np.testing.assert_array_equal(getattr(kernel, f"{name}_batch")(*arguments), wanted)
+    np.testing.assert_array_equal(getattr(kernel, f"{name}_batch_parallel")(*arguments), wanted)
+    np.testing.assert_array_equal(np.moveaxis(getattr(kernel, f"{name}_soa")(*columns), -1, 0), wanted)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_one_state(name: str, compiled: Callable[[str], Compiled], interpreted: Interpreted) -> None:
+    kernel = interpreted(MACHINE)
+    arguments = arguments_of(compiled(MACHINE), name, 1)
+    (wanted,) = one_by_one(kernel, name, arguments)
+    out = np.full(wanted.shape, np.nan)
+    getattr(kernel, f"{name}_into")(*(a[0] for a in arguments), out)
+    np.testing.assert_array_equal(out, wanted)
+    both = np.concatenate([*(a[0] for a in arguments), np.full(wanted.size, np.nan)])
+    given = both.copy()
+    getattr(kernel, f"{name}_packed")(both)
+    np.testing.assert_array_equal(both[-wanted.size :], wanted.ravel())
+    np.testing.assert_array_equal(both[: -wanted.size], given[: -wanted.size])
+
+
+def test_packed_refuses_another_size(interpreted: Interpreted) -> None:
+    with pytest.raises(ValueError, match=r"inverse_dynamics_packed takes 8 numbers: q, qd, qdd, result"):
+        interpreted(MACHINE).inverse_dynamics_packed(np.zeros(7))
+
+
+def test_compiled_ones(compiled: Callable[[str], Compiled], interpreted: Interpreted) -> None:
+    kernel, name = compiled(MACHINE).kernel(), "inverse_dynamics"
+    arguments = arguments_of(compiled(MACHINE), name, 33)
+    wanted = one_by_one(interpreted(MACHINE), name, arguments)
+    columns = tuple(np.ascontiguousarray(a.T) for a in arguments)
+    both = np.concatenate([*(a[0] for a in arguments), np.zeros(2)])
+    kernel.inverse_dynamics_packed(both)
+    np.testing.assert_allclose(both[-2:], wanted[0], rtol=1e-12)
+    np.testing.assert_allclose(kernel.inverse_dynamics_soa(*columns).T, wanted, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(kernel.inverse_dynamics_batch_parallel(*arguments), wanted, rtol=1e-11, atol=1e-12)
