@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'emps'
 COORDINATES = ('carriage',)
@@ -118,6 +119,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("inverse_dynamics_packed takes 4 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(32)
     qd_ = np.zeros(32)
@@ -165,7 +174,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -189,19 +198,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -244,6 +257,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("inverse_dynamics_p_packed takes 6 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -298,7 +319,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -324,19 +345,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -372,6 +397,14 @@ def forward_dynamics_into(q, qd, tau, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _forward_dynamics(q, qd, tau, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("forward_dynamics_packed takes 4 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -422,7 +455,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -446,19 +479,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -499,6 +536,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("forward_dynamics_p_packed takes 6 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -553,7 +598,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -579,19 +624,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -618,6 +667,14 @@ def mass_matrix_into(q, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _mass_matrix(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 2:
+        raise ValueError("mass_matrix_packed takes 2 numbers: q, result")
+    _mass_matrix(both[0:1], both[1:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -654,7 +711,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -672,13 +729,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 1, count))
 
 
@@ -710,6 +769,14 @@ def mass_matrix_p_into(q, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _mass_matrix_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("mass_matrix_p_packed takes 4 numbers: q, p, result")
+    _mass_matrix_p(both[0:1], both[1:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -750,7 +817,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -770,13 +837,220 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((1, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    out[0 * S + k] = 0.010514263123640373
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    out = np.empty(1)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 2:
+        raise ValueError("mass_matrix_inverse_packed takes 2 numbers: q, result")
+    _mass_matrix_inverse(both[0:1], both[1:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(1):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((1, count))
+    q_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((1, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    p_M = p[0]
+    out[0 * S + k] = 1.0 / p_M
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("mass_matrix_inverse_p_packed takes 4 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:1], both[1:3], both[3:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(1):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((1, count))
+    q_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((1, 1, count))
 
 
@@ -807,6 +1081,14 @@ def bias_force_into(q, qd, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _bias_force(q, qd, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 3:
+        raise ValueError("bias_force_packed takes 3 numbers: q, qd, result")
+    _bias_force(both[0:1], both[1:2], both[2:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -850,7 +1132,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -871,16 +1153,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -915,6 +1200,14 @@ def bias_force_p_into(q, qd, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _bias_force_p(q, qd, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("bias_force_p_packed takes 5 numbers: q, qd, p, result")
+    _bias_force_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -962,7 +1255,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -985,16 +1278,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1021,6 +1317,14 @@ def gravity_into(q, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _gravity(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 2:
+        raise ValueError("gravity_packed takes 2 numbers: q, result")
+    _gravity(both[0:1], both[1:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1057,7 +1361,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1075,13 +1379,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1112,6 +1418,14 @@ def gravity_p_into(q, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _gravity_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("gravity_p_packed takes 4 numbers: q, p, result")
+    _gravity_p(both[0:1], both[1:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1152,7 +1466,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1172,13 +1486,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1211,6 +1527,14 @@ def energy_into(q, qd, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _energy(q, qd, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("energy_packed takes 4 numbers: q, qd, result")
+    _energy(both[0:1], both[1:2], both[2:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1254,7 +1578,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1275,16 +1599,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1322,6 +1649,14 @@ def energy_p_into(q, qd, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _energy_p(q, qd, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("energy_p_packed takes 6 numbers: q, qd, p, result")
+    _energy_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1369,7 +1704,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1392,16 +1727,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1433,6 +1771,14 @@ def actuation_into(x, u, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _actuation(x, u, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("actuation_packed takes 4 numbers: x, u, result")
+    _actuation(both[0:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1476,7 +1822,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1497,16 +1843,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1543,6 +1892,14 @@ def actuation_p_into(x, u, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _actuation_p(x, u, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("actuation_p_packed takes 6 numbers: x, u, p, result")
+    _actuation_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1590,7 +1947,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1613,16 +1970,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1656,6 +2016,14 @@ def state_derivative_into(x, u, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _state_derivative(x, u, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("state_derivative_packed takes 5 numbers: x, u, result")
+    _state_derivative(both[0:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1699,7 +2067,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1720,16 +2088,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1769,6 +2140,14 @@ def state_derivative_p_into(x, u, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _state_derivative_p(x, u, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("state_derivative_p_packed takes 7 numbers: x, u, p, result")
+    _state_derivative_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1816,7 +2195,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1839,16 +2218,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1884,6 +2266,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 5 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1934,7 +2324,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -1958,19 +2348,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 2, count))
 
 
@@ -2010,6 +2404,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 7 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2064,7 +2466,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2090,19 +2492,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 2, count))
 
 
@@ -2138,6 +2544,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 5 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2188,7 +2602,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2212,19 +2626,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 2, count))
 
 
@@ -2264,6 +2682,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 7 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2318,7 +2744,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2344,19 +2770,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 2, count))
 
 
@@ -2390,6 +2820,14 @@ def state_derivative_state_jacobian_into(x, u, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("state_derivative_state_jacobian_packed takes 7 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2433,7 +2871,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -2454,16 +2892,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 2, count))
 
 
@@ -2501,6 +2942,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 9 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2548,7 +2997,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -2571,16 +3020,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 2, count))
 
 
@@ -2612,6 +3064,14 @@ def state_derivative_input_jacobian_into(x, u, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("state_derivative_input_jacobian_packed takes 5 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2655,7 +3115,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 1))
@@ -2676,16 +3136,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 1, count))
 
 
@@ -2723,6 +3186,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 7 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2770,7 +3241,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 1))
@@ -2793,16 +3264,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 1, count))
 
 
@@ -2839,6 +3313,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 5 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2889,7 +3371,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2913,19 +3395,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 2, count))
 
 
@@ -2966,6 +3452,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 7 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3020,7 +3514,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -3046,19 +3540,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(1):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(1):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(1):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 2, count))
 
 
@@ -3093,6 +3591,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 7 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:2], both[2:3], both[3:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3136,7 +3642,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -3157,16 +3663,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 2, count))
 
 
@@ -3210,6 +3719,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 9 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3257,7 +3774,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -3280,14 +3797,1409 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    out[0 * S + k] = 1.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 1.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 1.0
+    out[11 * S + k] = q_1
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 17:
+        raise ValueError("forward_kinematics_packed takes 17 numbers: q, result")
+    _forward_kinematics(both[0:1], both[1:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(32)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    out[0 * S + k] = 1.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 1.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 1.0
+    out[11 * S + k] = q_1
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 19:
+        raise ValueError("forward_kinematics_p_packed takes 19 numbers: q, p, result")
+    _forward_kinematics_p(both[0:1], both[1:3], both[3:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(32)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 1.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    out = np.empty(6)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("jacobian_packed takes 7 numbers: q, result")
+    _jacobian(both[0:1], both[1:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 1.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(6)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("jacobian_p_packed takes 9 numbers: q, p, result")
+    _jacobian_p(both[0:1], both[1:3], both[3:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    out = np.empty(6)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("jacobian_rate_packed takes 8 numbers: q, qd, result")
+    _jacobian_rate(both[0:1], both[1:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(1):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if qd.shape[0] != 1 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 1 rows")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(1):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(6)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("jacobian_rate_p_packed takes 10 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(1):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if qd.shape[0] != 1 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 1 rows")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(1):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = q_1
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("center_of_mass_packed takes 4 numbers: q, result")
+    _center_of_mass(both[0:1], both[1:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(32)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = q_1
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("center_of_mass_p_packed takes 6 numbers: q, p, result")
+    _center_of_mass_p(both[0:1], both[1:3], both[3:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(32)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(32)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    out[0 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    out = np.empty(1)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 3:
+        raise ValueError("coriolis_matrix_packed takes 3 numbers: q, qd, result")
+    _coriolis_matrix(both[0:1], both[1:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(1):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(1):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if qd.shape[0] != 1 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 1 rows")
+    count = q.shape[1]
+    out = np.empty((1, count))
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(1):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((1, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    out[0 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if qd.shape[0] != 1:
+        raise ValueError("qd must have 1 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("coriolis_matrix_p_packed takes 5 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(1):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(1):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if qd.shape[0] != 1 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 1 rows")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((1, count))
+    q_ = np.zeros(32)
+    qd_ = np.zeros(32)
+    block = np.empty(32)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(1):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((1, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    w_3 = wrench[2 * S + k]
+    out[0 * S + k] = w_3
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(1)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("wrench_effort_packed takes 8 numbers: q, wrench, result")
+    _wrench_effort(both[0:1], both[1:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(32)
+    wrench_ = np.zeros(192)
+    block = np.empty(32)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(1):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((1, count))
+    q_ = np.zeros(32)
+    wrench_ = np.zeros(192)
+    block = np.empty(32)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    w_3 = wrench[2 * S + k]
+    out[0 * S + k] = w_3
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    out = np.empty(1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("wrench_effort_p_packed takes 10 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:1], both[1:7], both[7:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(32)
+    wrench_ = np.zeros(192)
+    block = np.empty(32)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(1):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(1):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    out = np.empty((count, 1))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 1:
+        raise ValueError("q must have 1 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[1]
+    out = np.empty((1, count))
+    q_ = np.zeros(32)
+    wrench_ = np.zeros(192)
+    block = np.empty(32)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(1):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

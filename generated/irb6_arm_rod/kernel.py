@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'irb6-arm-rod'
 COORDINATES = ('column', 'arm')
@@ -133,6 +134,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("inverse_dynamics_packed takes 8 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -180,7 +189,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -204,19 +213,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -281,6 +294,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("inverse_dynamics_p_packed takes 11 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -332,7 +353,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -358,19 +379,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -425,6 +450,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("forward_dynamics_packed takes 8 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -472,7 +505,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -496,19 +529,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -574,6 +611,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("forward_dynamics_p_packed takes 11 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -625,7 +670,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -651,19 +696,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -701,6 +750,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("mass_matrix_packed takes 6 numbers: q, result")
+    _mass_matrix(both[0:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(64)
     block = np.empty(128)
@@ -734,7 +791,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -752,13 +809,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 2, count))
 
 
@@ -804,6 +863,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("mass_matrix_p_packed takes 9 numbers: q, p, result")
+    _mass_matrix_p(both[0:2], both[2:5], both[5:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(64)
     block = np.empty(128)
@@ -841,7 +908,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -861,13 +928,239 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((2, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    # link 2 (arm): composite body, before its turn
+    C_2t_xx = c_2 * c_2 * 0.3333333333333333
+    out[0 * S + k] = 1.0 / C_2t_xx
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 3.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    out = np.empty(4)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("mass_matrix_inverse_packed takes 6 numbers: q, result")
+    _mass_matrix_inverse(both[0:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((2, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    p_m = p[1]
+    p_l = p[2]
+    # link 2 (arm): base parameters
+    J_2_xx = p_m * (p_l * p_l) * 0.3333333333333333
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    # link 2 (arm): composite body, before its turn
+    C_2t_xx = J_2_xx * (c_2 * c_2)
+    out[0 * S + k] = 1.0 / C_2t_xx
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 1.0 / J_2_xx
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(4)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("mass_matrix_inverse_p_packed takes 9 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:2], both[2:5], both[5:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((2, 2, count))
 
 
@@ -914,6 +1207,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("bias_force_packed takes 6 numbers: q, qd, result")
+    _bias_force(both[0:2], both[2:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -954,7 +1255,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -975,16 +1276,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1039,6 +1343,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("bias_force_p_packed takes 9 numbers: q, qd, p, result")
+    _bias_force_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -1083,7 +1395,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1106,16 +1418,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1148,6 +1463,14 @@ def gravity_into(q, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _gravity(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 4:
+        raise ValueError("gravity_packed takes 4 numbers: q, result")
+    _gravity(both[0:2], both[2:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1184,7 +1507,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1202,13 +1525,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1251,6 +1576,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("gravity_p_packed takes 7 numbers: q, p, result")
+    _gravity_p(both[0:2], both[2:5], both[5:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(64)
     block = np.empty(64)
@@ -1288,7 +1621,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1308,13 +1641,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1358,6 +1693,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 6:
+        raise ValueError("energy_packed takes 6 numbers: q, qd, result")
+    _energy(both[0:2], both[2:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -1398,7 +1741,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1419,16 +1762,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1483,6 +1829,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("energy_p_packed takes 9 numbers: q, qd, p, result")
+    _energy_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -1527,7 +1881,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1550,16 +1904,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1593,6 +1950,14 @@ def actuation_into(x, u, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _actuation(x, u, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("actuation_packed takes 8 numbers: x, u, result")
+    _actuation(both[0:4], both[4:6], both[6:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1636,7 +2001,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1657,16 +2022,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1704,6 +2072,14 @@ def actuation_p_into(x, u, p, out):
     if out.size != 2:
         raise ValueError("out must have 2 entries")
     _actuation_p(x, u, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("actuation_p_packed takes 11 numbers: x, u, p, result")
+    _actuation_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1751,7 +2127,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1774,16 +2150,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1836,6 +2215,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("state_derivative_packed takes 10 numbers: x, u, result")
+    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -1876,7 +2263,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1897,16 +2284,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1970,6 +2360,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 13:
+        raise ValueError("state_derivative_p_packed takes 13 numbers: x, u, p, result")
+    _state_derivative_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -2014,7 +2412,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2037,16 +2435,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2111,6 +2512,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 14 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -2158,7 +2567,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -2182,19 +2591,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 4, count))
 
 
@@ -2269,6 +2682,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 17:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 17 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -2320,7 +2741,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -2346,19 +2767,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 4, count))
 
 
@@ -2428,6 +2853,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 14 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -2475,7 +2908,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -2499,19 +2932,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 4, count))
 
 
@@ -2594,6 +3031,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 17:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 17 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -2645,7 +3090,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -2671,19 +3116,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 4, count))
 
 
@@ -2757,6 +3206,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 22:
+        raise ValueError("state_derivative_state_jacobian_packed takes 22 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -2797,7 +3254,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
     out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -2818,16 +3275,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(16):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 4, count))
 
 
@@ -2914,6 +3374,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 25:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 25 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -2958,7 +3426,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
     out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -2981,16 +3449,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(16):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 4, count))
 
 
@@ -3036,6 +3507,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("state_derivative_input_jacobian_packed takes 14 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -3076,7 +3555,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -3097,16 +3576,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 2, count))
 
 
@@ -3160,6 +3642,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 17:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 17 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -3204,7 +3694,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -3227,16 +3717,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 2, count))
 
 
@@ -3298,6 +3791,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 12 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -3345,7 +3846,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
@@ -3369,19 +3870,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 3, count))
 
 
@@ -3456,6 +3961,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 15:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 15 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(64)
     qd_ = np.zeros(64)
@@ -3507,7 +4020,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
@@ -3533,19 +4046,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(2):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(2):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(2):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((2, 3, count))
 
 
@@ -3616,6 +4133,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 18 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -3656,7 +4181,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
@@ -3677,16 +4202,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 3, count))
 
 
@@ -3776,6 +4304,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 21:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 21 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(128)
     u_ = np.zeros(64)
@@ -3820,7 +4356,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
@@ -3843,14 +4379,1641 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(2):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 3, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = -(c_1 * s_2)
+    R_2_21 = s_1 * c_2
+    R_2_22 = -(s_1 * s_2)
+    out[0 * S + k] = R_2_11
+    out[1 * S + k] = R_2_12
+    out[2 * S + k] = s_1
+    out[3 * S + k] = R_2_11
+    out[4 * S + k] = R_2_21
+    out[5 * S + k] = R_2_22
+    out[6 * S + k] = -c_1
+    out[7 * S + k] = R_2_21
+    out[8 * S + k] = s_2
+    out[9 * S + k] = c_2
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = s_2
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("forward_kinematics_packed takes 18 numbers: q, result")
+    _forward_kinematics(both[0:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(64)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    p_l = p[2]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = -(c_1 * s_2)
+    R_2_21 = s_1 * c_2
+    R_2_22 = -(s_1 * s_2)
+    # tool: position
+    x_tool_x = p_l * R_2_11
+    x_tool_y = p_l * R_2_21
+    x_tool_z = p_l * s_2
+    out[0 * S + k] = R_2_11
+    out[1 * S + k] = R_2_12
+    out[2 * S + k] = s_1
+    out[3 * S + k] = x_tool_x
+    out[4 * S + k] = R_2_21
+    out[5 * S + k] = R_2_22
+    out[6 * S + k] = -c_1
+    out[7 * S + k] = x_tool_y
+    out[8 * S + k] = s_2
+    out[9 * S + k] = c_2
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = x_tool_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 21:
+        raise ValueError("forward_kinematics_p_packed takes 21 numbers: q, p, result")
+    _forward_kinematics_p(both[0:2], both[2:5], both[5:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(64)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): orientation
+    R_2_11 = c_1 * c_2
+    R_2_21 = s_1 * c_2
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = -(c_1 * s_2)
+    j_2_y = -(s_1 * s_2)
+    j_2_z = c_1 * R_2_11 + s_1 * R_2_21
+    out[0 * S + k] = -R_2_21
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = R_2_11
+    out[3 * S + k] = j_2_y
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = j_2_z
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = s_1
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = -c_1
+    out[10 * S + k] = 1.0
+    out[11 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    out = np.empty(12)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if out.size != 12:
+        raise ValueError("out must have 12 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("jacobian_packed takes 14 numbers: q, result")
+    _jacobian(both[0:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(12):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((12, count))
+    q_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(12):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    p_l = p[2]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # tool: position
+    t8 = p_l * c_2
+    x_tool_x = c_1 * t8
+    x_tool_y = s_1 * t8
+    x_tool_z = p_l * s_2
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = -(c_1 * x_tool_z)
+    j_2_y = -(s_1 * x_tool_z)
+    j_2_z = c_1 * x_tool_x + s_1 * x_tool_y
+    out[0 * S + k] = -x_tool_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = x_tool_x
+    out[3 * S + k] = j_2_y
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = j_2_z
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = s_1
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = -c_1
+    out[10 * S + k] = 1.0
+    out[11 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(12)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 12:
+        raise ValueError("out must have 12 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 17:
+        raise ValueError("jacobian_p_packed takes 17 numbers: q, p, result")
+    _jacobian_p(both[0:2], both[2:5], both[5:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(12):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((12, count))
+    q_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(12):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): orientation
+    R_2_11 = c_1 * c_2
+    R_2_21 = s_1 * c_2
+    # joint 2: velocity of the tool for unit speed
+    t10 = c_1 * s_2
+    t11 = s_1 * s_2
+    j_2_z = c_1 * R_2_11 + s_1 * R_2_21
+    # joint 2: velocity of the tool from here on
+    t15 = qd_2 * t10
+    t16 = qd_2 * t11
+    u_2_z = qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = -(t15 + qd_1 * R_2_21)
+    # joint 2: rate of its axis
+    zd_2_x = qd_1 * c_1
+    zd_2_y = qd_1 * s_1
+    out[0 * S + k] = t16 - qd_1 * R_2_11
+    out[1 * S + k] = qd_1 * t11 - c_1 * u_2_z
+    out[2 * S + k] = u_1_x
+    out[3 * S + k] = -(s_1 * u_2_z + qd_1 * t10)
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = -(s_1 * t16 + c_1 * t15)
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = zd_2_x
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = zd_2_y
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    out = np.empty(12)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    if out.size != 12:
+        raise ValueError("out must have 12 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("jacobian_rate_packed takes 16 numbers: q, qd, result")
+    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(2):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(12):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if qd.shape[0] != 2 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 2 rows")
+    count = q.shape[1]
+    out = np.empty((12, count))
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(2):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(12):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    p_l = p[2]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # tool: position
+    t9 = p_l * c_2
+    x_tool_x = c_1 * t9
+    x_tool_y = s_1 * t9
+    x_tool_z = p_l * s_2
+    # joint 2: velocity of the tool for unit speed
+    t13 = c_1 * x_tool_z
+    t14 = s_1 * x_tool_z
+    j_2_z = c_1 * x_tool_x + s_1 * x_tool_y
+    # joint 2: velocity of the tool from here on
+    t18 = qd_2 * t13
+    t19 = qd_2 * t14
+    u_2_z = qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = -(t18 + qd_1 * x_tool_y)
+    # joint 2: rate of its axis
+    zd_2_x = qd_1 * c_1
+    zd_2_y = qd_1 * s_1
+    out[0 * S + k] = t19 - qd_1 * x_tool_x
+    out[1 * S + k] = qd_1 * t14 - c_1 * u_2_z
+    out[2 * S + k] = u_1_x
+    out[3 * S + k] = -(s_1 * u_2_z + qd_1 * t13)
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = -(s_1 * t19 + c_1 * t18)
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = zd_2_x
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = zd_2_y
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(12)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 12:
+        raise ValueError("out must have 12 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 19:
+        raise ValueError("jacobian_rate_p_packed takes 19 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(2):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(12):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 12))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if qd.shape[0] != 2 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 2 rows")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((12, count))
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(384)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(2):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(12):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): all from here on: first moment, before its turn
+    h_2t_x = c_2 * 0.5
+    h_2t_y = s_2 * 0.5
+    # link 1 (column): all from here on: first moment, before its turn
+    h_1t_x = c_1 * h_2t_x
+    h_1t_y = s_1 * h_2t_x
+    out[0 * S + k] = h_1t_x
+    out[1 * S + k] = h_1t_y
+    out[2 * S + k] = h_2t_y
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 5:
+        raise ValueError("center_of_mass_packed takes 5 numbers: q, result")
+    _center_of_mass(both[0:2], both[2:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(64)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    p_m = p[1]
+    p_l = p[2]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    t13 = 1.0 / p_m * (p_m * p_l) * 0.5
+    t14 = c_2 * t13
+    out[0 * S + k] = c_1 * t14
+    out[1 * S + k] = s_1 * t14
+    out[2 * S + k] = s_2 * t13
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("center_of_mass_p_packed takes 8 numbers: q, p, result")
+    _center_of_mass_p(both[0:2], both[2:5], both[5:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(64)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(64)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): Coriolis terms with joint 2
+    t5 = c_2 * s_2
+    t6 = qd_1 * t5
+    s_2_2_n_y = t6 * -0.3333333333333333
+    k_2_2_y = t6 * 0.3333333333333333
+    out[0 * S + k] = -0.3333333333333333 * (qd_2 * t5)
+    out[1 * S + k] = s_2_2_n_y
+    out[2 * S + k] = k_2_2_y
+    out[3 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    out = np.empty(4)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("coriolis_matrix_packed takes 8 numbers: q, qd, result")
+    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(2):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if qd.shape[0] != 2 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 2 rows")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(2):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((2, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    p_m = p[1]
+    p_l = p[2]
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm): Coriolis terms with joint 2
+    t12 = s_2 * (p_m * c_2) * (p_l * p_l) * 0.3333333333333333
+    k_2_2_y = qd_1 * t12
+    s_2_2_n_y = -k_2_2_y
+    # link 2 (arm): composite body, before its turn
+    K_2_a = qd_2 * t12
+    out[0 * S + k] = -K_2_a
+    out[1 * S + k] = s_2_2_n_y
+    out[2 * S + k] = k_2_2_y
+    out[3 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(4)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if qd.shape[0] != 2:
+        raise ValueError("qd must have 2 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("coriolis_matrix_p_packed takes 11 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(2):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if qd.shape[0] != 2 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 2 rows")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(64)
+    qd_ = np.zeros(64)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(2):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((2, 2, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 1 (column): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    out[0 * S + k] = w_6 + c_2 * (w_2 * c_1 - w_1 * s_1)
+    out[1 * S + k] = w_3 * c_2 + (w_4 * s_1 - w_5 * c_1 - s_2 * f_1_x)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(2)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 2:
+        raise ValueError("out must have 2 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("wrench_effort_packed takes 10 numbers: q, wrench, result")
+    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(64)
+    wrench_ = np.zeros(192)
+    block = np.empty(64)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(2):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 2))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 2))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((2, count))
+    q_ = np.zeros(64)
+    wrench_ = np.zeros(192)
+    block = np.empty(64)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(2):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_l = p[2]
+    # link 1 (column): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 1 (column): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    # link 2 (arm): place of the tool, before its turn
+    r_2t_x = p_l * c_2
+    t29 = w_3 * r_2t_x + (w_4 * s_1 - w_5 * c_1 - f_1_x * (p_l * s_2))
+    out[0 * S + k] = w_6 + r_2t_x * (w_2 * c_1 - w_1 * s_1)
+    out[1 * S + k] = t29
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    out = np.empty(2)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    if out.size != 2:
+        raise ValueError("out must have 2 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 13:
+        raise ValueError("wrench_effort_p_packed takes 13 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:2], both[2:8], both[8:11], both[11:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(64)
+    wrench_ = np.zeros(192)
+    block = np.empty(64)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(2):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(2):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 2))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    out = np.empty((count, 2))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 2:
+        raise ValueError("q must have 2 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[1]
+    out = np.empty((2, count))
+    q_ = np.zeros(64)
+    wrench_ = np.zeros(192)
+    block = np.empty(64)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(2):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(2):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

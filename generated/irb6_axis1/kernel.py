@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'irb6-axis1'
 COORDINATES = ('axis1.tachometer', 'axis1.motor', 'axis1.harmonic_drive', 'axis1')
@@ -136,6 +137,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("inverse_dynamics_packed takes 16 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -183,7 +192,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -207,19 +216,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -317,6 +330,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 37:
+        raise ValueError("inverse_dynamics_p_packed takes 37 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -368,7 +389,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -394,19 +415,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -471,6 +496,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("forward_dynamics_packed takes 16 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -518,7 +551,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -542,19 +575,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -649,6 +686,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 37:
+        raise ValueError("forward_dynamics_p_packed takes 37 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -700,7 +745,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -726,19 +771,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -783,6 +832,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("mass_matrix_packed takes 20 numbers: q, result")
+    _mass_matrix(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(128)
     block = np.empty(512)
@@ -816,7 +873,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -834,13 +891,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(16):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 4, count))
 
 
@@ -893,6 +952,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 41:
+        raise ValueError("mass_matrix_p_packed takes 41 numbers: q, p, result")
+    _mass_matrix_p(both[0:4], both[4:25], both[25:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(128)
     block = np.empty(512)
@@ -930,7 +997,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -950,13 +1017,253 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(16):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    out[0 * S + k] = 29411.764705882353
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 24390.243902439022
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 5102.040816326531
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 2688.172043010753
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(16)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("mass_matrix_inverse_packed takes 20 numbers: q, result")
+    _mass_matrix_inverse(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    p_J_1 = p[6]
+    p_J_2 = p[7]
+    p_J_3 = p[8]
+    p_J_4 = p[9]
+    out[0 * S + k] = 1.0 / p_J_1
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 1.0 / p_J_2
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 1.0 / p_J_3
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0 / p_J_4
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(16)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 41:
+        raise ValueError("mass_matrix_inverse_p_packed takes 41 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:4], both[4:25], both[25:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((4, 4, count))
 
 
@@ -1006,6 +1313,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("bias_force_packed takes 12 numbers: q, qd, result")
+    _bias_force(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1046,7 +1361,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1067,16 +1382,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1155,6 +1473,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 33:
+        raise ValueError("bias_force_p_packed takes 33 numbers: q, qd, p, result")
+    _bias_force_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1199,7 +1525,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1222,16 +1548,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1261,6 +1590,14 @@ def gravity_into(q, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _gravity(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("gravity_packed takes 8 numbers: q, result")
+    _gravity(both[0:4], both[4:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1297,7 +1634,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1315,13 +1652,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1355,6 +1694,14 @@ def gravity_p_into(q, p, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _gravity_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 29:
+        raise ValueError("gravity_p_packed takes 29 numbers: q, p, result")
+    _gravity_p(both[0:4], both[4:25], both[25:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1395,7 +1742,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1415,13 +1762,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1470,6 +1819,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("energy_packed takes 10 numbers: q, qd, result")
+    _energy(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1510,7 +1867,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1531,16 +1888,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1601,6 +1961,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 31:
+        raise ValueError("energy_p_packed takes 31 numbers: q, qd, p, result")
+    _energy_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1645,7 +2013,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1668,16 +2036,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1712,6 +2083,14 @@ def actuation_into(x, u, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _actuation(x, u, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("actuation_packed takes 14 numbers: x, u, result")
+    _actuation(both[0:9], both[9:10], both[10:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1755,7 +2134,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1776,16 +2155,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1825,6 +2207,14 @@ def actuation_p_into(x, u, p, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _actuation_p(x, u, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 35:
+        raise ValueError("actuation_p_packed takes 35 numbers: x, u, p, result")
+    _actuation_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1872,7 +2262,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1895,16 +2285,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1964,6 +2357,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 19:
+        raise ValueError("state_derivative_packed takes 19 numbers: x, u, result")
+    _state_derivative(both[0:9], both[9:10], both[10:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(288)
     u_ = np.zeros(32)
@@ -2004,7 +2405,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2025,16 +2426,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(9):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2132,6 +2536,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 40:
+        raise ValueError("state_derivative_p_packed takes 40 numbers: x, u, p, result")
+    _state_derivative_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(288)
     u_ = np.zeros(32)
@@ -2176,7 +2588,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2199,16 +2611,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(9):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2286,6 +2701,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 44:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 44 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -2333,7 +2756,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -2357,19 +2780,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -2471,6 +2898,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 65:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 65 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -2522,7 +2957,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -2548,19 +2983,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -2635,6 +3074,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 44:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 44 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -2682,7 +3129,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -2706,19 +3153,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -2821,6 +3272,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 65:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 65 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -2872,7 +3331,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -2898,19 +3357,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -3030,6 +3493,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 91:
+        raise ValueError("state_derivative_state_jacobian_packed takes 91 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(288)
     u_ = np.zeros(32)
@@ -3070,7 +3541,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 81))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 9))
@@ -3091,16 +3562,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(81):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((9, 9, count))
 
 
@@ -3254,6 +3728,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 112:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 112 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(288)
     u_ = np.zeros(32)
@@ -3298,7 +3780,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 81))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 9))
@@ -3321,16 +3803,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(81):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((9, 9, count))
 
 
@@ -3369,6 +3854,14 @@ def state_derivative_input_jacobian_into(x, u, out):
     if out.size != 9:
         raise ValueError("out must have 9 entries")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 19:
+        raise ValueError("state_derivative_input_jacobian_packed takes 19 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3412,7 +3905,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 1))
@@ -3433,16 +3926,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(9):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((9, 1, count))
 
 
@@ -3486,6 +3982,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
     if out.size != 9:
         raise ValueError("out must have 9 entries")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 40:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 40 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3533,7 +4037,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 1))
@@ -3556,16 +4060,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(9):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((9, 1, count))
 
 
@@ -3706,6 +4213,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 96:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 96 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -3753,7 +4268,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 84))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 21))
@@ -3777,19 +4292,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(84):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 21, count))
 
 
@@ -3937,6 +4456,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 117:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 117 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -3988,7 +4515,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
     out = np.empty((count, 84))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 21))
@@ -4014,19 +4541,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(84):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 21, count))
 
 
@@ -4283,6 +4814,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 199:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 199 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(288)
     u_ = np.zeros(32)
@@ -4323,7 +4862,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 189))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 21))
@@ -4344,16 +4883,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(189):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((9, 21, count))
 
 
@@ -4653,6 +5195,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 220:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 220 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(288)
     u_ = np.zeros(32)
@@ -4697,7 +5247,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 189))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 21))
@@ -4720,16 +5270,19 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(189):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((9, 21, count))
 
 
@@ -4761,6 +5314,14 @@ def output_into(x, u, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _output(x, u, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_packed(both):
+    """output of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("output_packed takes 11 numbers: x, u, result")
+    _output(both[0:9], both[9:10], both[10:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4804,7 +5365,7 @@ def output_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _output_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4825,16 +5386,19 @@ def output_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _output(x_, u_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4871,6 +5435,14 @@ def output_p_into(x, u, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _output_p(x, u, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_p_packed(both):
+    """output_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 32:
+        raise ValueError("output_p_packed takes 32 numbers: x, u, p, result")
+    _output_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4918,7 +5490,7 @@ def output_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _output_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4941,16 +5513,19 @@ def output_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _output_p(x_, u_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4989,6 +5564,14 @@ def output_state_jacobian_into(x, u, out):
     if out.size != 9:
         raise ValueError("out must have 9 entries")
     _output_state_jacobian(x, u, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_state_jacobian_packed(both):
+    """output_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 19:
+        raise ValueError("output_state_jacobian_packed takes 19 numbers: x, u, result")
+    _output_state_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5032,7 +5615,7 @@ def output_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _output_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 9))
@@ -5053,16 +5636,19 @@ def output_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _output_state_jacobian(x_, u_, block, j, 32)
         for i in range(9):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 9, count))
 
 
@@ -5106,6 +5692,14 @@ def output_state_jacobian_p_into(x, u, p, out):
     if out.size != 9:
         raise ValueError("out must have 9 entries")
     _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_state_jacobian_p_packed(both):
+    """output_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 40:
+        raise ValueError("output_state_jacobian_p_packed takes 40 numbers: x, u, p, result")
+    _output_state_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5153,7 +5747,7 @@ def output_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _output_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 9))
@@ -5176,16 +5770,19 @@ def output_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _output_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(9):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 9, count))
 
 
@@ -5216,6 +5813,14 @@ def output_input_jacobian_into(x, u, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _output_input_jacobian(x, u, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_input_jacobian_packed(both):
+    """output_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("output_input_jacobian_packed takes 11 numbers: x, u, result")
+    _output_input_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5259,7 +5864,7 @@ def output_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _output_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -5280,16 +5885,19 @@ def output_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _output_input_jacobian(x_, u_, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 1, count))
 
 
@@ -5324,6 +5932,14 @@ def output_input_jacobian_p_into(x, u, p, out):
     if out.size != 1:
         raise ValueError("out must have 1 entries")
     _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_input_jacobian_p_packed(both):
+    """output_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 32:
+        raise ValueError("output_input_jacobian_p_packed takes 32 numbers: x, u, p, result")
+    _output_input_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5371,7 +5987,7 @@ def output_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
     out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _output_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -5394,14 +6010,1313 @@ def output_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(9):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(1):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _output_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(1):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((1, 1, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_4 = q[3 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_4)
+    s_1 = _sin(q_4)
+    out[0 * S + k] = c_1
+    out[1 * S + k] = -s_1
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = s_1
+    out[5 * S + k] = c_1
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 1.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("forward_kinematics_packed takes 20 numbers: q, result")
+    _forward_kinematics(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_4 = q[3 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_4)
+    s_1 = _sin(q_4)
+    out[0 * S + k] = c_1
+    out[1 * S + k] = -s_1
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = s_1
+    out[5 * S + k] = c_1
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 1.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 41:
+        raise ValueError("forward_kinematics_p_packed takes 41 numbers: q, p, result")
+    _forward_kinematics_p(both[0:4], both[4:25], both[25:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(24)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 28:
+        raise ValueError("jacobian_packed takes 28 numbers: q, result")
+    _jacobian(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(24)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 49:
+        raise ValueError("jacobian_p_packed takes 49 numbers: q, p, result")
+    _jacobian_p(both[0:4], both[4:25], both[25:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    out = np.empty(24)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 32:
+        raise ValueError("jacobian_rate_packed takes 32 numbers: q, qd, result")
+    _jacobian_rate(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(24)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 53:
+        raise ValueError("jacobian_rate_p_packed takes 53 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    out = np.empty(16)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("coriolis_matrix_packed takes 24 numbers: q, qd, result")
+    _coriolis_matrix(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(16)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 45:
+        raise ValueError("coriolis_matrix_p_packed takes 45 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    w_6 = wrench[5 * S + k]
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = w_6
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(4)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("wrench_effort_packed takes 14 numbers: q, wrench, result")
+    _wrench_effort(both[0:4], both[4:10], both[10:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    w_6 = wrench[5 * S + k]
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = w_6
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(4)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 35:
+        raise ValueError("wrench_effort_p_packed takes 35 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:4], both[4:10], both[10:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'manutec-r3'
 COORDINATES = ('axis1', 'axis2', 'axis3', 'axis4', 'axis5', 'axis6')
@@ -332,6 +333,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("inverse_dynamics_packed takes 24 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -379,7 +388,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -403,19 +412,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -833,6 +846,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 83:
+        raise ValueError("inverse_dynamics_p_packed takes 83 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -884,7 +905,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -910,19 +931,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1320,6 +1345,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("forward_dynamics_packed takes 24 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1367,7 +1400,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1391,19 +1424,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1969,6 +2006,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 83:
+        raise ValueError("forward_dynamics_p_packed takes 83 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -2020,7 +2065,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2046,19 +2091,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2263,6 +2312,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_packed takes 42 numbers: q, result")
+    _mass_matrix(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2296,7 +2353,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2314,13 +2371,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2635,6 +2694,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 101:
+        raise ValueError("mass_matrix_p_packed takes 101 numbers: q, p, result")
+    _mass_matrix_p(both[0:6], both[6:65], both[65:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2672,7 +2739,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2692,13 +2759,798 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t6 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t7 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (axis6): effort when joint 6 is accelerated
+    t16 = s_6 * 0.025
+    t17 = c_6 * 0.025
+    C_6t_y1 = t16 + t17
+    t19 = t16 - t17
+    t21 = s_6 * 0.0012500000000000002
+    t22 = c_6 * 0.0012500000000000002
+    C_6t_yz = t21 + t22
+    t26 = t21 - t22
+    t27 = t19 * -0.125 - t26
+    t30 = C_6t_yz + C_6t_y1 * 0.125
+    # link 5 (axis5): effort when joint 6 is accelerated
+    t31 = c_5 * C_6t_y1
+    t32 = s_5 * C_6t_y1
+    t33 = c_5 * t27
+    m_5_6_n_x = s_5 * 0.0025000000000000005 - t33
+    t37 = s_5 * t27
+    # link 4 (axis4): effort when joint 6 is accelerated
+    m_4_6_f_x = s_4 * t19 - c_4 * t31
+    t43 = s_4 * t31 + c_4 * t19
+    m_4_6_b_x = s_4 * t30 + (c_4 * m_5_6_n_x + t43 * 0.6)
+    t53 = t37 + c_5 * 0.0025000000000000005
+    t56 = t53 + t43 * 0.155
+    m_4_6_b_z = s_4 * m_5_6_n_x + (t32 * 0.155 + m_4_6_f_x * 0.6) - c_4 * t30
+    # link 3 (axis3): effort when joint 6 is accelerated
+    m_3_6_f_y = t7 * t32 + s_3 * m_4_6_f_x
+    m_3_6_n_x = s_3 * t56 - t7 * m_4_6_b_x
+    m_3_6_b_y = s_3 * m_4_6_b_x + (t7 * t56 + t43 * 0.65)
+    m_3_6_b_z = m_4_6_b_z + m_3_6_f_y * 0.65
+    # link 2 (axis2): effort when joint 6 is accelerated
+    t81 = c_2 * m_3_6_b_y + (t43 * 0.3 - t6 * m_3_6_n_x)
+    # link 6 (axis6): composite body, before its turn
+    t82 = s_6 * t26
+    t83 = c_6 * t26
+    C_6t_xx = t82 - t83
+    t85 = t82 + t83
+    # link 5 (axis5): composite body
+    C_5_xx = C_6t_xx + 0.265
+    # link 5 (axis5): effort when joint 5 is accelerated
+    M_5_5 = C_6t_xx + 1.2653124999999998
+    m_5_5_f_x = s_5 * t19 + c_5 * 0.0875
+    m_5_5_f_y = s_5 * 0.0875 - c_5 * t19
+    m_5_5_n_x = c_5 * t85 - s_5 * t30
+    t104 = s_5 * t85 + c_5 * t30
+    # link 4 (axis4): effort when joint 5 is accelerated
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t108 = c_4 * m_5_5_n_x
+    t109 = s_4 * m_5_5_n_x
+    t113 = s_4 * M_5_5 + 0.6 * m_4_5_f_y - t108
+    m_4_5_b_y = t104 + 0.155 * m_4_5_f_y
+    t120 = 0.155 * m_5_5_f_y - 0.6 * m_4_5_f_x - t109 - c_4 * M_5_5
+    # link 3 (axis3): effort when joint 5 is accelerated
+    m_3_5_f_y = s_3 * m_4_5_f_x - t7 * m_5_5_f_y
+    # link 2 (axis2): effort when joint 5 is accelerated
+    t132 = c_2 * (t7 * m_4_5_b_y + (s_3 * t113 + 0.65 * m_4_5_f_y))
+    # link 5 (axis5): composite body, before its turn
+    t136 = t33 + s_5 * 1.0003125
+    t139 = t37 + c_5 * C_5_xx
+    C_5t_xy = s_5 * t139 - c_5 * t136
+    # link 4 (axis4): composite body
+    C_4_xx = s_5 * t136 + c_5 * t139 + 0.04049999999999998
+    C_4_yy = c_6 * C_6t_yz + s_6 * C_6t_yz + 0.5854999999999999
+    # link 4 (axis4): effort when joint 4 is accelerated
+    M_4_4 = C_4_xx + C_4_yy
+    C_4t_y1 = c_4 * C_6t_y1 + s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y - s_4 * C_6t_y1
+    t163 = c_4 * C_5t_xy
+    t164 = s_4 * t104
+    t167 = 0.6 * m_4_4_f_y
+    m_4_4_b_x = t163 + t164 - t167
+    t171 = M_4_4 - 0.155 * m_4_4_f_y
+    t174 = c_4 * t104 + (0.6 * C_4t_y1 - s_4 * C_5t_xy)
+    # link 3 (axis3): effort when joint 4 is accelerated
+    m_3_4_n_x = s_3 * t171 - t7 * m_4_4_b_x
+    # link 2 (axis2): effort when joint 4 is accelerated
+    t184 = c_2 * (0.65 * m_4_4_f_y - t7 * t171 - s_3 * m_4_4_b_x)
+    # link 4 (axis4): composite body, before its turn
+    t186 = t108 + s_4 * C_4_yy
+    t189 = t109 + c_4 * C_4_xx
+    # link 3 (axis3): composite body
+    t204 = m_4_4_f_y * 0.31 - s_4 * t186 - c_4 * t189 - 0.88196
+    C_3_xy = t164 + (t163 + 0.155 * m_5_5_f_x) - t167 + 2.371779
+    t213 = c_4 * t186 + (0.155 * C_4t_y1 - s_4 * t189)
+    C_3_x1 = m_4_4_f_y - 5.332
+    t219 = c_5 * (c_5 * 1.0003125 - t37) + (m_5_5_f_x * 1.2 - s_5 * (t33 - s_5 * C_5_xx))
+    C_3_yy = t219 + 8.854583599999998
+    t223 = t174 + 0.012553599999999998
+    t225 = m_5_5_f_x + 14.404199999999998
+    # link 3 (axis3): effort when joint 3 is accelerated
+    t226 = t204 - C_3_yy
+    C_3t_y1 = t7 * t225 + s_3 * C_3_x1
+    m_3_3_f_y = s_3 * t225 - t7 * C_3_x1
+    t233 = t7 * t213
+    t234 = s_3 * t223
+    C_3t_yz = t7 * t223 - s_3 * t213
+    # link 2 (axis2): effort when joint 3 is accelerated
+    t239 = c_2 * C_3t_yz
+    # link 3 (axis3): composite body, before its turn
+    t241 = t7 * C_3_xy
+    t243 = t241 + s_3 * C_3_yy
+    t245 = s_3 * C_3_xy
+    t247 = t245 - t7 * t204
+    # link 2 (axis2): composite body
+    C_2_xx = t7 * t247 + (s_3 * t243 + m_3_3_f_y * 1.3) + 30.3974125
+    C_2_xy = t7 * t243 + (0.65 * C_3t_y1 - s_3 * t247)
+    C_2_xz = t234 + (t233 + 0.65 * C_4t_y1) + 3.5504299999999995
+    C_2_x1 = m_3_3_f_y + 51.10249999999999
+    t273 = t7 * (t245 - t7 * C_3_yy) + s_3 * (t241 + s_3 * t204)
+    t275 = t273 - 0.2450000000000001
+    # link 2 (axis2): effort when joint 2 is accelerated
+    m_2_2_f_y = c_2 * C_2_x1 + t6 * C_3t_y1
+    # solve: L D L^T
+    t289 = t81 * 2.3588076698990195
+    t290 = m_3_6_b_z * 2.3588076698990195
+    t291 = m_4_6_b_z * 2.3588076698990195
+    t292 = t53 * 2.3588076698990195
+    t293 = t30 * 2.3588076698990195
+    t307 = t132 + 0.3 * m_4_5_f_y - t6 * (s_3 * m_4_5_b_y - t7 * t113)
+    t308 = t307 - t81 * t293
+    t312 = t120 - 0.65 * m_3_5_f_y - m_3_6_b_z * t293
+    t314 = t120 - m_4_6_b_z * t293
+    t316 = t104 - t53 * t293
+    t322 = 1.0 / (C_6t_xx - t30 * t293 + 2.3943877000000002)
+    t323 = t308 * t322
+    t324 = t312 * t322
+    t325 = t314 * t322
+    t326 = t316 * t322
+    t337 = t81 * t292 + (t184 + (t6 * m_3_4_n_x + 0.3 * m_4_4_f_y))
+    t338 = t308 * t326 + t337
+    t344 = t312 * t326 + (t174 + m_3_6_b_z * t292) + 0.65 * (s_3 * C_4t_y1)
+    t347 = t314 * t326 + (t174 + m_4_6_b_z * t292)
+    t352 = M_4_4 - t53 * t292 - t316 * t326 + 1.5681600000000002
+    t353 = 1.0 / t352
+    t354 = t338 * t353
+    t355 = t344 * t353
+    t356 = t347 * t353
+    t363 = t308 * t325 + (t81 * t291 + (t239 - t6 * (t233 + t234)))
+    t364 = t338 * t356 + t363
+    t369 = t312 * t325 + (m_3_6_b_z * t291 + (t226 - 0.65 * m_3_3_f_y))
+    t370 = t344 * t356 + t369
+    t374 = t347 * t356 + (t314 * t325 + (t226 + m_4_6_b_z * t291))
+    t377 = 1.0 / (t374 - 4.68)
+    t378 = t364 * t377
+    t379 = t370 * t377
+    t385 = t338 * t355 + (t308 * t324 + (t81 * t290 + (t239 - t6 * C_2_xz)))
+    t386 = t385 - t364 * t379
+    t391 = C_2_xx - t275 - m_3_6_b_z * t290 - t312 * t324 - t344 * t355
+    t395 = 1.0 / (t370 * t379 + t391 + 57.33)
+    t396 = t386 * t395
+    t398 = s_4 * (t108 - s_4 * C_4_xx) + c_4 * (t109 - c_4 * C_4_yy)
+    t401 = t398 - 0.6 * m_2_2_f_y - c_2 * (c_2 * C_2_xx + t6 * C_2_xy)
+    t403 = t81 * t289 + (t6 * (t6 * t275 - c_2 * C_2_xy) + t401)
+    t407 = t386 * t396 + (t338 * t354 + (t308 * t323 + t403) - t364 * t378)
+    t410 = 1.0 / (t407 - 28.4136304)
+    t412 = t396 * t410
+    t415 = t378 * t410 + t379 * t412
+    t416 = -t415
+    t421 = t354 * t410 + t355 * t412 - t356 * t415
+    t428 = t326 * t421 + (t323 * t410 + t324 * t412 - t325 * t415)
+    t436 = t292 * t421 + (t289 * t410 + t290 * t412 - t291 * t415)
+    t437 = t293 * t428 - t436
+    t439 = t395 - t396 * t412
+    t442 = t378 * t412 - t379 * t439
+    t447 = t356 * t442 - (t354 * t412 - t355 * t439)
+    t451 = t326 * t447
+    t453 = t323 * t412 - t324 * t439 - t325 * t442
+    t454 = t453 - t451
+    t455 = t451 - t453
+    t463 = t289 * t412 - t290 * t439 - t291 * t442 - t292 * t447
+    t464 = t463 - t293 * t454
+    t468 = t379 * t442 + (t377 + t378 * t415)
+    t474 = t354 * t415 + t355 * t442 - t356 * t468
+    t481 = t326 * t474 + (t323 * t415 + t324 * t442 - t325 * t468)
+    t489 = t292 * t474 + (t289 * t415 + t290 * t442 - t291 * t468)
+    t490 = t293 * t481 - t489
+    t496 = t356 * t474 + (t355 * t447 + (t353 - t354 * t421))
+    t503 = t326 * t496 - (t323 * t421 - t324 * t447 - t325 * t474)
+    t511 = t289 * t421 - t290 * t447 - t291 * t474 - t292 * t496
+    t512 = t293 * t503 + t511
+    t520 = t326 * t503 + (t325 * t481 + (t322 - t323 * t428 - t324 * t454))
+    t528 = t289 * t428 + t290 * t454 - t291 * t481 - t292 * t503
+    t529 = t293 * t520 + t528
+    t537 = t289 * t437 - t290 * t464 - t291 * t490 - t292 * t512
+    out[0 * S + k] = -t410
+    out[1 * S + k] = t412
+    out[2 * S + k] = t416
+    out[3 * S + k] = t421
+    out[4 * S + k] = t428
+    out[5 * S + k] = t437
+    out[6 * S + k] = t412
+    out[7 * S + k] = t439
+    out[8 * S + k] = t442
+    out[9 * S + k] = t447
+    out[10 * S + k] = t455
+    out[11 * S + k] = t464
+    out[12 * S + k] = t416
+    out[13 * S + k] = t442
+    out[14 * S + k] = -t468
+    out[15 * S + k] = t474
+    out[16 * S + k] = t481
+    out[17 * S + k] = t490
+    out[18 * S + k] = t421
+    out[19 * S + k] = t447
+    out[20 * S + k] = t474
+    out[21 * S + k] = t496
+    out[22 * S + k] = t503
+    out[23 * S + k] = t512
+    out[24 * S + k] = t428
+    out[25 * S + k] = t455
+    out[26 * S + k] = t481
+    out[27 * S + k] = t503
+    out[28 * S + k] = t520
+    out[29 * S + k] = t529
+    out[30 * S + k] = t437
+    out[31 * S + k] = t464
+    out[32 * S + k] = t490
+    out[33 * S + k] = t512
+    out[34 * S + k] = t529
+    out[35 * S + k] = 2.3588076698990195 + (t293 * t529 + t537)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_inverse_packed takes 42 numbers: q, result")
+    _mass_matrix_inverse(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    p_axis1_inertia_zz = p[7]
+    p_axis1_drive_ratio = p[8]
+    p_axis1_motor_inertia = p[9]
+    p_axis2_mass = p[10]
+    p_axis2_com_x = p[11]
+    p_axis2_com_z = p[12]
+    p_axis2_inertia_xx = p[13]
+    p_axis2_inertia_yy = p[14]
+    p_axis2_inertia_zz = p[15]
+    p_axis2_inertia_xz = p[16]
+    p_axis2_drive_ratio = p[17]
+    p_axis2_motor_inertia = p[18]
+    p_axis3_mass = p[19]
+    p_axis3_com_y = p[20]
+    p_axis3_com_z = p[21]
+    p_axis3_inertia_xx = p[22]
+    p_axis3_inertia_yy = p[23]
+    p_axis3_inertia_zz = p[24]
+    p_axis3_inertia_yz = p[25]
+    p_axis3_drive_ratio = p[26]
+    p_axis3_motor_inertia = p[27]
+    p_axis4_mass = p[28]
+    p_axis4_com_z = p[29]
+    p_axis4_inertia_xx = p[30]
+    p_axis4_inertia_yy = p[31]
+    p_axis4_inertia_zz = p[32]
+    p_axis4_drive_ratio = p[33]
+    p_axis4_motor_inertia = p[34]
+    p_axis5_mass = p[35]
+    p_axis5_inertia_xx = p[36]
+    p_axis5_inertia_yy = p[37]
+    p_axis5_inertia_zz = p[38]
+    p_axis5_drive_ratio = p[39]
+    p_axis5_motor_inertia = p[40]
+    p_axis6_mass = p[41]
+    p_axis6_com_x = p[42]
+    p_axis6_com_y = p[43]
+    p_axis6_com_z = p[44]
+    p_axis6_drive_ratio = p[45]
+    p_axis6_motor_inertia = p[46]
+    # link 6 (axis6): base parameters
+    J_6_x1 = p_axis6_mass * p_axis6_com_x
+    J_6_xx = p_axis6_com_x * J_6_x1
+    J_6_xy = p_axis6_com_y * J_6_x1
+    J_6_xz = p_axis6_com_z * J_6_x1
+    J_6_y1 = p_axis6_mass * p_axis6_com_y
+    J_6_yy = p_axis6_com_y * J_6_y1
+    J_6_yz = p_axis6_com_z * J_6_y1
+    J_6_z1 = p_axis6_mass * p_axis6_com_z
+    J_6_zz = p_axis6_com_z * J_6_z1
+    # link 5 (axis5): base parameters
+    t48 = p_axis5_inertia_yy * 0.5
+    t49 = p_axis5_inertia_xx * 0.5
+    t51 = J_6_z1 + p_axis6_dh_d * p_axis6_mass
+    t54 = p_axis5_inertia_zz * 0.5
+    t55 = t48 - t49
+    J_5_yy = t54 + (J_6_zz + p_axis6_dh_d * (J_6_z1 + t51)) - t55
+    # link 4 (axis4): base parameters
+    t59 = p_axis4_inertia_zz * 0.5
+    t60 = p_axis4_inertia_xx * 0.5
+    J_4_z1 = p_axis4_mass * p_axis4_com_z
+    J_4_11 = p_axis6_mass + (p_axis4_mass + p_axis5_mass)
+    # link 3 (axis3): base parameters
+    J_3_x1 = p_axis4_dh_a * J_4_11
+    t67 = p_axis3_inertia_xx * 0.5
+    t68 = p_axis3_inertia_yy * 0.5
+    t69 = p_axis3_inertia_zz * 0.5
+    t71 = p_axis3_mass * p_axis3_com_y
+    t74 = J_4_z1 + p_axis4_dh_d * J_4_11
+    # link 2 (axis2): composite body
+    t76 = p_axis3_mass * p_axis3_com_z
+    # link 3 (axis3): base parameters
+    J_3_11 = p_axis3_mass + J_4_11
+    # link 2 (axis2): base parameters
+    t79 = p_axis2_inertia_yy * 0.5
+    t80 = p_axis2_mass * p_axis2_com_x
+    t82 = p_axis2_inertia_zz * 0.5
+    t83 = p_axis3_dh_a * J_3_11
+    J_2_11 = p_axis2_mass + J_3_11
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t90 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t91 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (axis6): effort when joint 6 is accelerated
+    M_6_6 = J_6_xx + J_6_yy
+    C_6t_y1 = J_6_x1 * s_6 + J_6_y1 * c_6
+    t105 = J_6_y1 * s_6 - J_6_x1 * c_6
+    m_6_6_b_x = p_axis6_dh_d * t105 + (J_6_yz * s_6 - J_6_xz * c_6)
+    t115 = p_axis6_dh_d * C_6t_y1 + (J_6_xz * s_6 + J_6_yz * c_6)
+    # link 5 (axis5): effort when joint 6 is accelerated
+    t116 = c_5 * C_6t_y1
+    t117 = s_5 * C_6t_y1
+    t119 = c_5 * m_6_6_b_x
+    m_5_6_n_x = s_5 * M_6_6 + t119
+    t122 = s_5 * m_6_6_b_x
+    # link 4 (axis4): effort when joint 6 is accelerated
+    m_4_6_f_x = s_4 * t105 - c_4 * t116
+    t128 = s_4 * t116 + c_4 * t105
+    m_4_6_b_x = p_axis4_dh_d * t128 + (c_4 * m_5_6_n_x + s_4 * t115)
+    t137 = c_5 * M_6_6 - t122
+    t138 = p_axis4_dh_a * t128 - t137
+    m_4_6_b_z = p_axis4_dh_d * m_4_6_f_x + (s_4 * m_5_6_n_x - c_4 * t115 - p_axis4_dh_a * t117)
+    # link 3 (axis3): effort when joint 6 is accelerated
+    m_3_6_f_y = t91 * t117 + s_3 * m_4_6_f_x
+    m_3_6_b_z = m_4_6_b_z + p_axis3_dh_a * m_3_6_f_y
+    # link 2 (axis2): effort when joint 6 is accelerated
+    t158 = c_2 * (t91 * t138 - s_3 * m_4_6_b_x - p_axis3_dh_a * t128)
+    t161 = p_axis2_dh_a * t128 + (t90 * (s_3 * t138 + t91 * m_4_6_b_x) - t158)
+    # link 6 (axis6): composite body, before its turn
+    t163 = J_6_xy * c_6
+    t164 = J_6_yy * s_6 - t163
+    t166 = J_6_xy * s_6
+    t168 = t166 - J_6_xx * c_6
+    t172 = s_6 * t168 + c_6 * t164
+    # link 5 (axis5): composite body
+    C_5_xx = s_6 * t164 + (t54 + t55) - c_6 * t168
+    # link 5 (axis5): effort when joint 5 is accelerated
+    M_5_5 = J_5_yy + C_5_xx
+    m_5_5_f_x = s_5 * t105 + t51 * c_5
+    m_5_5_f_y = t51 * s_5 - c_5 * t105
+    m_5_5_n_x = c_5 * t172 - s_5 * t115
+    t194 = s_5 * t172 + c_5 * t115
+    # link 4 (axis4): effort when joint 5 is accelerated
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t198 = c_4 * m_5_5_n_x
+    t199 = s_4 * m_5_5_n_x
+    t203 = p_axis4_dh_d * m_4_5_f_y + (s_4 * M_5_5 - t198)
+    m_4_5_b_y = t194 - p_axis4_dh_a * m_4_5_f_y
+    m_4_5_b_z = p_axis4_dh_a * m_5_5_f_y + (p_axis4_dh_d * m_4_5_f_x + (t199 + c_4 * M_5_5))
+    # link 3 (axis3): effort when joint 5 is accelerated
+    m_3_5_f_y = s_3 * m_4_5_f_x - t91 * m_5_5_f_y
+    t221 = p_axis3_dh_a * m_4_5_f_y + (s_3 * t203 + t91 * m_4_5_b_y)
+    # link 5 (axis5): composite body, before its turn
+    t227 = t119 - J_5_yy * s_5
+    t230 = t122 - c_5 * C_5_xx
+    t234 = s_5 * t230 - c_5 * t227
+    # link 4 (axis4): composite body
+    t241 = p_axis4_inertia_yy * 0.5
+    t242 = t59 - t60
+    t245 = s_5 * t227 + c_5 * t230 - t241 - t242
+    t250 = c_6 * (t166 + J_6_yy * c_6) + (t60 + (t59 + (t48 + t49 - t54)))
+    t252 = s_6 * (t163 + J_6_xx * s_6) + t250 - t241
+    # link 4 (axis4): effort when joint 4 is accelerated
+    t253 = t245 - t252
+    C_4t_y1 = c_4 * C_6t_y1 + s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y - s_4 * C_6t_y1
+    t266 = p_axis4_dh_d * m_4_4_f_y + (c_4 * t234 - s_4 * t194)
+    t267 = p_axis4_dh_a * m_4_4_f_y
+    t268 = t253 - t267
+    t271 = p_axis4_dh_d * C_4t_y1 + (s_4 * t234 + c_4 * t194)
+    # link 3 (axis3): effort when joint 4 is accelerated
+    t279 = p_axis3_dh_a * m_4_4_f_y + (t91 * t268 + s_3 * t266)
+    # link 4 (axis4): composite body, before its turn
+    t286 = t198 + s_4 * t252
+    t289 = t199 - c_4 * t245
+    # link 3 (axis3): composite body
+    t299 = t67 - t68
+    t304 = s_4 * t286 + (p_axis4_dh_a * J_3_x1 + t69 + t267 * 2.0)
+    C_3_xx = c_4 * t289 + t304 - t299
+    t310 = p_axis4_dh_a * (J_4_z1 + m_5_5_f_x) + (p_axis4_dh_d * J_3_x1 + t266)
+    C_3_xz = p_axis4_dh_a * C_4t_y1 + (s_4 * t289 - c_4 * t286)
+    C_3_x1 = J_3_x1 + m_4_4_f_y
+    t320 = p_axis3_com_y * t71 + (p_axis4_com_z * J_4_z1 + t69)
+    t322 = c_5 * (t122 + J_5_yy * c_5) + (s_5 * (t119 + s_5 * C_5_xx) + t320)
+    t326 = p_axis4_dh_d * (J_4_z1 + t74 + m_5_5_f_x * 2.0) + (t299 + (t241 + t322 - t242))
+    t328 = t271 + (p_axis3_inertia_yz - p_axis3_com_z * t71)
+    t330 = t71 - t74 - m_5_5_f_x
+    # link 3 (axis3): effort when joint 3 is accelerated
+    M_3_3 = C_3_xx + t326
+    t334 = t91 * t330 - s_3 * C_3_x1
+    t337 = s_3 * t330 + t91 * C_3_x1
+    m_3_3_n_x = t91 * C_3_xz - s_3 * t328
+    C_3t_yz = t91 * t328 + s_3 * C_3_xz
+    t344 = p_axis3_dh_a * t337
+    # link 2 (axis2): effort when joint 3 is accelerated
+    t345 = c_2 * C_3t_yz
+    # link 3 (axis3): composite body, before its turn
+    t347 = t91 * t310
+    t349 = t347 - s_3 * t326
+    t351 = s_3 * t310
+    t353 = t351 - t91 * C_3_xx
+    # link 2 (axis2): composite body
+    t363 = p_axis2_inertia_xx * 0.5
+    t364 = t79 - t363
+    t368 = p_axis3_dh_a * t83 + (p_axis2_com_x * t80 + t82) - 2.0 * t344
+    t371 = t364 + (t368 - s_3 * t349 - t91 * t353)
+    C_2_xy = s_3 * t353 - t91 * t349 - p_axis3_dh_a * t334
+    t378 = m_3_3_n_x + (p_axis2_inertia_xz - p_axis2_com_z * t80)
+    C_2_x1 = t80 + t83 - t337
+    t383 = s_3 * (t347 + s_3 * C_3_xx) + (t82 + t91 * (t351 + t91 * t326))
+    C_2_yy = t383 - t364
+    # link 2 (axis2): effort when joint 2 is accelerated
+    m_2_2_f_y = c_2 * C_2_x1 - t90 * t334
+    # derivative: added inertia at axis1.motor
+    t410 = p_axis1_motor_inertia * (p_axis1_drive_ratio * p_axis1_drive_ratio)
+    # derivative: added inertia at axis2.motor
+    t412 = p_axis2_motor_inertia * (p_axis2_drive_ratio * p_axis2_drive_ratio)
+    # derivative: added inertia at axis3.motor
+    t414 = p_axis3_motor_inertia * (p_axis3_drive_ratio * p_axis3_drive_ratio)
+    # derivative: added inertia at axis4.motor
+    t416 = p_axis4_motor_inertia * (p_axis4_drive_ratio * p_axis4_drive_ratio)
+    # derivative: added inertia at axis5.motor
+    t418 = p_axis5_motor_inertia * (p_axis5_drive_ratio * p_axis5_drive_ratio)
+    # derivative: added inertia at axis6.motor
+    t420 = p_axis6_motor_inertia * (p_axis6_drive_ratio * p_axis6_drive_ratio)
+    # solve: L D L^T
+    t423 = 1.0 / (M_6_6 + t420)
+    t424 = t161 * t423
+    t425 = m_3_6_b_z * t423
+    t426 = m_4_6_b_z * t423
+    t427 = t137 * t423
+    t428 = t115 * t423
+    t441 = p_axis2_dh_a * m_4_5_f_y + (c_2 * t221 - t90 * (s_3 * m_4_5_b_y - t91 * t203))
+    t442 = t441 - t161 * t428
+    t445 = m_3_6_b_z * t428 + (m_4_5_b_z + p_axis3_dh_a * m_3_5_f_y)
+    t447 = m_4_5_b_z + m_4_6_b_z * t428
+    t449 = t194 - t137 * t428
+    t453 = 1.0 / (M_5_5 + t418 - t115 * t428)
+    t454 = t442 * t453
+    t455 = t445 * t453
+    t456 = t447 * t453
+    t457 = t449 * t453
+    t466 = t90 * (s_3 * t268 - t91 * t266) - c_2 * t279 - p_axis2_dh_a * m_4_4_f_y
+    t468 = t466 - t161 * t427 - t442 * t457
+    t471 = m_3_6_b_z * t427 + (t271 + C_4t_y1 * (p_axis3_dh_a * s_3))
+    t472 = t471 - t445 * t457
+    t475 = t271 + m_4_6_b_z * t427 - t447 * t457
+    t480 = 1.0 / (t449 * t457 + (t137 * t427 + (t253 - t416)))
+    t481 = t468 * t480
+    t482 = t472 * t480
+    t483 = t475 * t480
+    t490 = t161 * t426 + (t345 + t90 * m_3_3_n_x) - t442 * t456
+    t491 = t468 * t483 + t490
+    t496 = t472 * t483 + (M_3_3 - t344 - m_3_6_b_z * t426 - t445 * t456)
+    t501 = t475 * t483 + (M_3_3 + t414 - m_4_6_b_z * t426 - t447 * t456)
+    t502 = 1.0 / t501
+    t503 = t491 * t502
+    t504 = t496 * t502
+    t507 = t345 + t90 * (t378 - p_axis3_dh_a * (t76 + C_4t_y1))
+    t511 = t468 * t482 + (t161 * t425 + t507 - t442 * t455) - t491 * t504
+    t516 = t412 + (t371 + C_2_yy) - m_3_6_b_z * t425 - t445 * t455
+    t519 = 1.0 / (t472 * t482 + t516 - t496 * t504)
+    t520 = t511 * t519
+    t525 = p_axis2_dh_a * (p_axis2_dh_a * J_2_11 + 2.0 * m_2_2_f_y)
+    t529 = p_axis3_com_z * t76 + (t68 + (p_axis1_inertia_zz + t67) - t69)
+    t532 = p_axis2_mass * (p_axis2_com_z * p_axis2_com_z) + (t79 + t529 - t82)
+    t534 = t532 - s_4 * (t198 + s_4 * t245) - c_4 * (t199 - c_4 * t252)
+    t537 = t90 * (t90 * C_2_yy + c_2 * C_2_xy) + (c_2 * (c_2 * t371 + t90 * C_2_xy) + (t363 + t534))
+    t541 = t468 * t481 + (t410 + t537 - t161 * t424 - t442 * t454)
+    t545 = 1.0 / (t525 + (t541 - t491 * t503 - t511 * t520))
+    t546 = t520 * t545
+    t547 = -t546
+    t548 = t503 * t545
+    t549 = t504 * t546
+    t550 = t548 - t549
+    t551 = t549 - t548
+    t554 = t483 * t550
+    t555 = t481 * t545 - t482 * t546
+    t556 = t555 - t554
+    t557 = t554 - t555
+    t564 = t457 * t556 + (t454 * t545 - t455 * t546 - t456 * t550)
+    t565 = -t564
+    t573 = t427 * t556 + (t426 * t550 + (t424 * t545 + t425 * t546))
+    t574 = t573 - t428 * t564
+    t576 = t519 + t520 * t546
+    t579 = t503 * t546 - t504 * t576
+    t584 = t481 * t546 - t482 * t576 - t483 * t579
+    t591 = t457 * t584 + (t454 * t546 - t455 * t576 - t456 * t579)
+    t599 = t427 * t584 + (t426 * t579 + (t424 * t546 + t425 * t576))
+    t600 = t428 * t591 - t599
+    t604 = t502 + t503 * t550 - t504 * t579
+    t609 = t481 * t550 - t482 * t579 - t483 * t604
+    t616 = t457 * t609 + (t454 * t550 - t455 * t579 - t456 * t604)
+    t624 = t427 * t609 + (t426 * t604 + (t424 * t550 + t425 * t579))
+    t625 = t428 * t616 - t624
+    t631 = t483 * t609 + (t482 * t584 + (t480 - t481 * t556))
+    t639 = t454 * t556 - t455 * t584 - t456 * t609 - t457 * t631
+    t647 = t426 * t609 + (t424 * t556 + t425 * t584) - t427 * t631
+    t648 = t428 * t639 - t647
+    t656 = t457 * t639 + (t453 + t454 * t564 - t455 * t591 - t456 * t616)
+    t664 = t427 * t639 + (t426 * t616 + (t424 * t564 + t425 * t591))
+    t665 = t428 * t656 - t664
+    t674 = t423 + t424 * t574 - t425 * t600 - t426 * t625 - t427 * t648
+    out[0 * S + k] = t545
+    out[1 * S + k] = t547
+    out[2 * S + k] = t551
+    out[3 * S + k] = t557
+    out[4 * S + k] = t565
+    out[5 * S + k] = t574
+    out[6 * S + k] = t547
+    out[7 * S + k] = t576
+    out[8 * S + k] = t579
+    out[9 * S + k] = t584
+    out[10 * S + k] = t591
+    out[11 * S + k] = t600
+    out[12 * S + k] = t551
+    out[13 * S + k] = t579
+    out[14 * S + k] = t604
+    out[15 * S + k] = t609
+    out[16 * S + k] = t616
+    out[17 * S + k] = t625
+    out[18 * S + k] = t557
+    out[19 * S + k] = t584
+    out[20 * S + k] = t609
+    out[21 * S + k] = -t631
+    out[22 * S + k] = t639
+    out[23 * S + k] = t648
+    out[24 * S + k] = t565
+    out[25 * S + k] = t591
+    out[26 * S + k] = t616
+    out[27 * S + k] = t639
+    out[28 * S + k] = t656
+    out[29 * S + k] = t665
+    out[30 * S + k] = t574
+    out[31 * S + k] = t600
+    out[32 * S + k] = t625
+    out[33 * S + k] = t648
+    out[34 * S + k] = t665
+    out[35 * S + k] = t428 * t665 + t674
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 101:
+        raise ValueError("mass_matrix_inverse_p_packed takes 101 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:6], both[6:65], both[65:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2920,6 +3772,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("bias_force_packed takes 18 numbers: q, qd, result")
+    _bias_force(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -2960,7 +3820,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2981,16 +3841,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3345,6 +4208,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 77:
+        raise ValueError("bias_force_p_packed takes 77 numbers: q, qd, p, result")
+    _bias_force_p(both[0:6], both[6:12], both[12:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3389,7 +4260,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3412,16 +4283,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3515,6 +4389,14 @@ def gravity_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("gravity_packed takes 12 numbers: q, result")
+    _gravity(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -3548,7 +4430,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3566,13 +4448,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3704,6 +4588,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 71:
+        raise ValueError("gravity_p_packed takes 71 numbers: q, p, result")
+    _gravity_p(both[0:6], both[6:65], both[65:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -3741,7 +4633,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3761,13 +4653,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3914,6 +4808,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("energy_packed takes 14 numbers: q, qd, result")
+    _energy(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3954,7 +4856,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3975,16 +4877,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4216,6 +5121,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 73:
+        raise ValueError("energy_p_packed takes 73 numbers: q, qd, p, result")
+    _energy_p(both[0:6], both[6:12], both[12:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -4260,7 +5173,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4283,16 +5196,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4337,6 +5253,14 @@ def actuation_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("actuation_packed takes 24 numbers: x, u, result")
+    _actuation(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4377,7 +5301,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4398,16 +5322,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4456,6 +5383,14 @@ def actuation_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 83:
+        raise ValueError("actuation_p_packed takes 83 numbers: x, u, p, result")
+    _actuation_p(both[0:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4500,7 +5435,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 59 entries")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4523,16 +5458,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4931,6 +5869,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 30:
+        raise ValueError("state_derivative_packed takes 30 numbers: x, u, result")
+    _state_derivative(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4971,7 +5917,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4992,16 +5938,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5568,6 +6517,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 89:
+        raise ValueError("state_derivative_p_packed takes 89 numbers: x, u, p, result")
+    _state_derivative_p(both[0:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -5612,7 +6569,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 59 entries")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5635,16 +6592,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -6707,6 +7667,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 90 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -6754,7 +7722,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -6778,19 +7746,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -7974,6 +8946,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 149:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 149 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -8025,7 +9005,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -8051,19 +9031,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -9534,6 +10518,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 90 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -9581,7 +10573,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -9605,19 +10597,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -11267,6 +12263,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 149:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 149 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -11318,7 +12322,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -11344,19 +12348,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -12896,6 +13904,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 162:
+        raise ValueError("state_derivative_state_jacobian_packed takes 162 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -12936,7 +13952,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -12957,16 +13973,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -14682,6 +15701,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 221:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 221 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -14726,7 +15753,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 59 entries")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -14749,16 +15776,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -15085,6 +16115,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("state_derivative_input_jacobian_packed takes 90 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -15125,7 +16163,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -15146,16 +16184,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -15592,6 +16633,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 149:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 149 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -15636,7 +16685,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 59 entries")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -15659,16 +16708,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -16658,6 +17710,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 372:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 372 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -16705,7 +17765,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 354))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 59))
@@ -16729,19 +17789,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(354):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 59, count))
 
 
@@ -17891,6 +18955,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 431:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 431 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -17942,7 +19014,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 59 entries")
     count = q.shape[0]
     out = np.empty((count, 354))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 59))
@@ -17968,19 +19040,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(354):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 59, count))
 
 
@@ -20311,6 +21387,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 726:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 726 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -20351,7 +21435,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 708))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 59))
@@ -20372,16 +21456,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(708):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 59, count))
 
 
@@ -22891,6 +23978,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 785:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 785 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:12], both[12:18], both[18:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -22935,7 +24030,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 59 entries")
     count = x.shape[0]
     out = np.empty((count, 708))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 59))
@@ -22958,14 +24053,3293 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(708):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 59, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t10 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t11 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (axis2): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = c_1 * t10
+    R_2_21 = s_1 * c_2
+    R_2_22 = s_1 * t10
+    # link 3 (axis3): orientation
+    R_3_11 = s_3 * R_2_12 - t11 * R_2_11
+    t28 = s_3 * R_2_11 + t11 * R_2_12
+    t31 = t11 * R_2_21 - s_3 * R_2_22
+    t34 = t11 * R_2_22 + s_3 * R_2_21
+    t37 = t10 * t11 + c_2 * s_3
+    R_3_32 = c_2 * t11 - t10 * s_3
+    # link 4 (axis4): orientation
+    R_4_11 = c_4 * R_3_11 - s_1 * s_4
+    t46 = s_4 * R_3_11 + s_1 * c_4
+    R_4_21 = c_1 * s_4 - c_4 * t31
+    R_4_22 = c_1 * c_4 + s_4 * t31
+    t53 = c_4 * t37
+    R_4_32 = s_4 * t37
+    # link 5 (axis5): orientation
+    t57 = s_5 * t28 - c_5 * R_4_11
+    t60 = c_5 * t28 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 - s_5 * t34
+    t66 = c_5 * t34 + s_5 * R_4_21
+    R_5_31 = s_5 * R_3_32 - c_5 * t53
+    R_5_32 = s_5 * t53 + c_5 * R_3_32
+    # link 6 (axis6): origin of its joint
+    t83 = c_1 * 0.3 + R_2_11 * 0.65 - R_3_11 * 0.155 + t28 * 0.6
+    x_6_x = t83 + t60 * 0.125
+    t93 = s_1 * 0.3 + R_2_21 * 0.65 + t31 * 0.155 + t34 * 0.6
+    x_6_y = t93 + t66 * 0.125
+    t102 = t10 * 0.65 + t37 * 0.155 - R_3_32 * 0.6 - R_5_32 * 0.125
+    x_6_z = t102 + 0.675
+    # link 6 (axis6): orientation
+    R_6_11 = -(s_6 * t46 + c_6 * t57)
+    R_6_12 = s_6 * t57 - c_6 * t46
+    R_6_21 = c_6 * R_5_21 + s_6 * R_4_22
+    R_6_22 = c_6 * R_4_22 - s_6 * R_5_21
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    R_6_32 = c_6 * R_4_32 - s_6 * R_5_31
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = t60
+    out[3 * S + k] = x_6_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = t66
+    out[7 * S + k] = x_6_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = -R_5_32
+    out[11 * S + k] = x_6_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 22:
+        raise ValueError("forward_kinematics_packed takes 22 numbers: q, result")
+    _forward_kinematics(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_axis1_dh_d = p[1]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t16 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t17 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (axis2): origin of its joint
+    x_2_x = p_axis2_dh_a * c_1
+    x_2_y = p_axis2_dh_a * s_1
+    # link 2 (axis2): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = c_1 * t16
+    R_2_21 = s_1 * c_2
+    R_2_22 = s_1 * t16
+    # link 3 (axis3): orientation
+    R_3_11 = s_3 * R_2_12 - t17 * R_2_11
+    t39 = s_3 * R_2_11 + t17 * R_2_12
+    t42 = t17 * R_2_21 - s_3 * R_2_22
+    t45 = t17 * R_2_22 + s_3 * R_2_21
+    t48 = t16 * t17 + c_2 * s_3
+    R_3_32 = c_2 * t17 - t16 * s_3
+    # link 4 (axis4): orientation
+    R_4_11 = c_4 * R_3_11 - s_1 * s_4
+    t63 = s_4 * R_3_11 + s_1 * c_4
+    R_4_21 = c_1 * s_4 - c_4 * t42
+    R_4_22 = c_1 * c_4 + s_4 * t42
+    t70 = c_4 * t48
+    R_4_32 = s_4 * t48
+    # link 5 (axis5): orientation
+    t74 = s_5 * t39 - c_5 * R_4_11
+    t77 = c_5 * t39 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 - s_5 * t45
+    t83 = c_5 * t45 + s_5 * R_4_21
+    R_5_31 = s_5 * R_3_32 - c_5 * t70
+    R_5_32 = s_5 * t70 + c_5 * R_3_32
+    # link 6 (axis6): origin of its joint
+    t92 = p_axis4_dh_a * R_3_11 + (x_2_x + p_axis3_dh_a * R_2_11)
+    x_6_x = p_axis6_dh_d * t77 + (p_axis4_dh_d * t39 + t92)
+    t98 = p_axis4_dh_d * t45 + (x_2_y + p_axis3_dh_a * R_2_21 - p_axis4_dh_a * t42)
+    x_6_y = p_axis6_dh_d * t83 + t98
+    t102 = p_axis1_dh_d + p_axis3_dh_a * t16 - p_axis4_dh_a * t48
+    x_6_z = t102 - p_axis4_dh_d * R_3_32 - p_axis6_dh_d * R_5_32
+    # link 6 (axis6): orientation
+    R_6_11 = -(s_6 * t63 + c_6 * t74)
+    R_6_12 = s_6 * t74 - c_6 * t63
+    R_6_21 = c_6 * R_5_21 + s_6 * R_4_22
+    R_6_22 = c_6 * R_4_22 - s_6 * R_5_21
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    R_6_32 = c_6 * R_4_32 - s_6 * R_5_31
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = t77
+    out[3 * S + k] = x_6_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = t83
+    out[7 * S + k] = x_6_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = -R_5_32
+    out[11 * S + k] = x_6_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 81:
+        raise ValueError("forward_kinematics_p_packed takes 81 numbers: q, p, result")
+    _forward_kinematics_p(both[0:6], both[6:65], both[65:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t9 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t10 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (axis2): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = c_1 * t9
+    R_2_21 = s_1 * c_2
+    R_2_22 = s_1 * t9
+    # link 3 (axis3): origin of its joint
+    t21 = c_1 * 0.3
+    x_3_x = t21 + R_2_11 * 0.65
+    t25 = s_1 * 0.3
+    x_3_y = t25 + R_2_21 * 0.65
+    x_3_z = t9 * 0.65 + 0.675
+    # link 3 (axis3): orientation
+    R_3_11 = s_3 * R_2_12 - t10 * R_2_11
+    t36 = s_3 * R_2_11 + t10 * R_2_12
+    t39 = t10 * R_2_21 - s_3 * R_2_22
+    t42 = t10 * R_2_22 + s_3 * R_2_21
+    t45 = t9 * t10 + c_2 * s_3
+    t46 = c_2 * t10
+    t47 = t9 * s_3
+    R_3_32 = t46 - t47
+    # link 4 (axis4): origin of its joint
+    x_4_x = x_3_x - R_3_11 * 0.155 + t36 * 0.6
+    x_4_y = x_3_y + t39 * 0.155 + t42 * 0.6
+    # link 4 (axis4): orientation
+    R_4_11 = c_4 * R_3_11 - s_1 * s_4
+    t64 = s_4 * R_3_11 + s_1 * c_4
+    R_4_12 = -t64
+    R_4_21 = c_1 * s_4 - c_4 * t39
+    R_4_22 = c_1 * c_4 + s_4 * t39
+    R_4_32 = s_4 * t45
+    # link 5 (axis5): orientation
+    t75 = c_5 * t36 + s_5 * R_4_11
+    t78 = c_5 * t42 + s_5 * R_4_21
+    R_5_32 = t45 * (c_4 * s_5) + c_5 * R_3_32
+    # link 6 (axis6): origin of its joint
+    x_6_x = x_4_x + t75 * 0.125
+    t87 = t78 * -0.125
+    x_6_y = x_4_y - t87
+    t89 = R_5_32 * 0.125
+    x_6_z = x_3_z + t45 * 0.155 - R_3_32 * 0.6 - t89
+    # joint 1: lever arm of the tool
+    r_1_z = x_6_z - 0.675
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = s_1 * (t25 - x_6_y) + c_1 * (t21 - x_6_x)
+    # joint 3: lever arm of the tool
+    t105 = x_3_z - x_6_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = -(c_1 * t105)
+    j_3_y = -(s_1 * t105)
+    j_3_z = s_1 * (x_3_y - x_6_y) + c_1 * (x_3_x - x_6_x)
+    # joint 4: lever arm of the tool
+    t113 = x_4_x - x_6_x
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = -(t42 * t89 + R_3_32 * t87)
+    j_4_y = R_3_32 * t113 + t36 * t89
+    j_4_z = t42 * t113 - t36 * t87
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * t87 - R_4_22 * t89
+    j_5_y = -(R_4_32 * t113 + t64 * t89)
+    j_5_z = t64 * t87 + R_4_22 * t113
+    t136 = -s_1
+    out[0 * S + k] = t87 - x_4_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = j_4_x
+    out[4 * S + k] = j_5_x
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_6_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = j_3_y
+    out[9 * S + k] = j_4_y
+    out[10 * S + k] = j_5_y
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = j_3_z
+    out[15 * S + k] = j_4_z
+    out[16 * S + k] = j_5_z
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = t136
+    out[20 * S + k] = t136
+    out[21 * S + k] = t36
+    out[22 * S + k] = R_4_12
+    out[23 * S + k] = t75
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = c_1
+    out[26 * S + k] = c_1
+    out[27 * S + k] = t42
+    out[28 * S + k] = R_4_22
+    out[29 * S + k] = t78
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = t47 - t46
+    out[34 * S + k] = R_4_32
+    out[35 * S + k] = -R_5_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("jacobian_packed takes 42 numbers: q, result")
+    _jacobian(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_axis1_dh_d = p[1]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t15 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t16 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (axis2): origin of its joint
+    x_2_x = p_axis2_dh_a * c_1
+    x_2_y = p_axis2_dh_a * s_1
+    # link 2 (axis2): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = c_1 * t15
+    R_2_21 = s_1 * c_2
+    R_2_22 = s_1 * t15
+    # link 3 (axis3): origin of its joint
+    x_3_x = x_2_x + p_axis3_dh_a * R_2_11
+    x_3_y = x_2_y + p_axis3_dh_a * R_2_21
+    x_3_z = p_axis1_dh_d + p_axis3_dh_a * t15
+    # link 3 (axis3): orientation
+    R_3_11 = s_3 * R_2_12 - t16 * R_2_11
+    t39 = s_3 * R_2_11 + t16 * R_2_12
+    t42 = t16 * R_2_21 - s_3 * R_2_22
+    t45 = t16 * R_2_22 + s_3 * R_2_21
+    t48 = t15 * t16 + c_2 * s_3
+    t49 = c_2 * t16
+    t50 = t15 * s_3
+    R_3_32 = t49 - t50
+    # link 4 (axis4): origin of its joint
+    x_4_x = p_axis4_dh_d * t39 + (x_3_x + p_axis4_dh_a * R_3_11)
+    x_4_y = p_axis4_dh_d * t45 + (x_3_y - p_axis4_dh_a * t42)
+    # link 4 (axis4): orientation
+    R_4_11 = c_4 * R_3_11 - s_1 * s_4
+    t67 = s_4 * R_3_11 + s_1 * c_4
+    R_4_12 = -t67
+    R_4_21 = c_1 * s_4 - c_4 * t42
+    R_4_22 = c_1 * c_4 + s_4 * t42
+    R_4_32 = s_4 * t48
+    # link 5 (axis5): orientation
+    t78 = c_5 * t39 + s_5 * R_4_11
+    t81 = c_5 * t45 + s_5 * R_4_21
+    R_5_32 = t48 * (c_4 * s_5) + c_5 * R_3_32
+    # link 6 (axis6): origin of its joint
+    x_6_x = x_4_x + p_axis6_dh_d * t78
+    x_6_y = x_4_y + p_axis6_dh_d * t81
+    t90 = p_axis6_dh_d * R_5_32
+    x_6_z = x_3_z - p_axis4_dh_a * t48 - p_axis4_dh_d * R_3_32 - t90
+    # joint 1: lever arm of the tool
+    t94 = p_axis1_dh_d - x_6_z
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = -(c_1 * t94)
+    j_2_y = -(s_1 * t94)
+    j_2_z = s_1 * (x_2_y - x_6_y) + c_1 * (x_2_x - x_6_x)
+    # joint 3: lever arm of the tool
+    t106 = x_3_z - x_6_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = -(c_1 * t106)
+    j_3_y = -(s_1 * t106)
+    j_3_z = s_1 * (x_3_y - x_6_y) + c_1 * (x_3_x - x_6_x)
+    # joint 4: lever arm of the tool
+    t114 = x_4_x - x_6_x
+    t115 = x_4_y - x_6_y
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = -(t45 * t90 + R_3_32 * t115)
+    j_4_y = R_3_32 * t114 + t39 * t90
+    j_4_z = t45 * t114 - t39 * t115
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * t115 - R_4_22 * t90
+    j_5_y = -(R_4_32 * t114 + t67 * t90)
+    j_5_z = t67 * t115 + R_4_22 * t114
+    t138 = -s_1
+    out[0 * S + k] = -x_6_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = j_4_x
+    out[4 * S + k] = j_5_x
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_6_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = j_3_y
+    out[9 * S + k] = j_4_y
+    out[10 * S + k] = j_5_y
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = j_3_z
+    out[15 * S + k] = j_4_z
+    out[16 * S + k] = j_5_z
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = t138
+    out[20 * S + k] = t138
+    out[21 * S + k] = t39
+    out[22 * S + k] = R_4_12
+    out[23 * S + k] = t78
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = c_1
+    out[26 * S + k] = c_1
+    out[27 * S + k] = t45
+    out[28 * S + k] = R_4_22
+    out[29 * S + k] = t81
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = t50 - t49
+    out[34 * S + k] = R_4_32
+    out[35 * S + k] = -R_5_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(36)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 101:
+        raise ValueError("jacobian_p_packed takes 101 numbers: q, p, result")
+    _jacobian_p(both[0:6], both[6:65], both[65:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t13 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t14 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (axis2): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = c_1 * t13
+    R_2_21 = s_1 * c_2
+    R_2_22 = s_1 * t13
+    # link 3 (axis3): origin of its joint
+    t25 = c_1 * 0.3
+    x_3_x = t25 + R_2_11 * 0.65
+    t29 = s_1 * 0.3
+    x_3_y = t29 + R_2_21 * 0.65
+    x_3_z = t13 * 0.65 + 0.675
+    # link 3 (axis3): orientation
+    R_3_11 = s_3 * R_2_12 - t14 * R_2_11
+    t40 = s_3 * R_2_11 + t14 * R_2_12
+    t43 = t14 * R_2_21 - s_3 * R_2_22
+    t46 = t14 * R_2_22 + s_3 * R_2_21
+    t49 = t13 * t14 + c_2 * s_3
+    R_3_32 = c_2 * t14 - t13 * s_3
+    # link 4 (axis4): origin of its joint
+    x_4_x = x_3_x - R_3_11 * 0.155 + t40 * 0.6
+    x_4_y = x_3_y + t43 * 0.155 + t46 * 0.6
+    # link 4 (axis4): orientation
+    R_4_11 = c_4 * R_3_11 - s_1 * s_4
+    t68 = s_4 * R_3_11 + s_1 * c_4
+    R_4_21 = c_1 * s_4 - c_4 * t43
+    R_4_22 = c_1 * c_4 + s_4 * t43
+    R_4_32 = s_4 * t49
+    # link 5 (axis5): orientation
+    t78 = c_5 * t40 + s_5 * R_4_11
+    t81 = c_5 * t46 + s_5 * R_4_21
+    R_5_32 = t49 * (c_4 * s_5) + c_5 * R_3_32
+    # link 6 (axis6): origin of its joint
+    x_6_x = x_4_x + t78 * 0.125
+    x_6_y = x_4_y + t81 * 0.125
+    t91 = R_5_32 * 0.125
+    x_6_z = x_3_z + t49 * 0.155 - R_3_32 * 0.6 - t91
+    # joint 1: lever arm of the tool
+    r_1_z = x_6_z - 0.675
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = s_1 * (t29 - x_6_y) + c_1 * (t25 - x_6_x)
+    # joint 3: lever arm of the tool
+    t107 = x_3_z - x_6_z
+    # joint 3: velocity of the tool for unit speed
+    t108 = c_1 * t107
+    t109 = s_1 * t107
+    j_3_z = s_1 * (x_3_y - x_6_y) + c_1 * (x_3_x - x_6_x)
+    # joint 4: lever arm of the tool
+    t113 = x_4_x - x_6_x
+    t114 = x_4_y - x_6_y
+    # joint 4: velocity of the tool for unit speed
+    t117 = t46 * t91 + R_3_32 * t114
+    j_4_y = R_3_32 * t113 + t40 * t91
+    j_4_z = t46 * t113 - t40 * t114
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * t114 - R_4_22 * t91
+    t129 = R_4_32 * t113 + t68 * t91
+    j_5_z = t68 * t114 + R_4_22 * t113
+    # joint 5: velocity of the tool from here on
+    u_5_x = qd_5 * j_5_x
+    t134 = qd_5 * t129
+    u_5_z = qd_5 * j_5_z
+    # joint 4: velocity of the tool from here on
+    u_4_x = u_5_x - qd_4 * t117
+    t139 = t134 - qd_4 * j_4_y
+    u_4_z = u_5_z + qd_4 * j_4_z
+    # joint 3: velocity of the tool from here on
+    u_3_x = u_4_x - qd_3 * t108
+    t145 = t139 + qd_3 * t109
+    u_3_z = u_4_z + qd_3 * j_3_z
+    # joint 2: velocity of the tool from here on
+    u_2_x = u_3_x + qd_2 * j_2_x
+    t151 = t145 - qd_2 * j_2_y
+    u_2_z = u_3_z + qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x - qd_1 * x_6_y
+    # joint 2: rate of its axis
+    zd_2_x = -(qd_1 * c_1)
+    zd_2_y = -(qd_1 * s_1)
+    # link 2: angular velocity
+    t161 = qd_2 * s_1
+    omega_2_y = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_z = s_1 * omega_2_y - c_1 * t161
+    # link 3: angular velocity
+    t167 = t161 + qd_3 * s_1
+    omega_3_y = omega_2_y + qd_3 * c_1
+    # joint 4: rate of its axis
+    zd_4_x = -(qd_1 * t46 + R_3_32 * omega_3_y)
+    zd_4_y = qd_1 * t40 - R_3_32 * t167
+    zd_4_z = -(t46 * t167 + t40 * omega_3_y)
+    # link 4: angular velocity
+    t182 = t167 - qd_4 * t40
+    omega_4_y = omega_3_y + qd_4 * t46
+    omega_4_z = qd_1 - qd_4 * R_3_32
+    # joint 5: rate of its axis
+    zd_5_x = R_4_32 * omega_4_y - R_4_22 * omega_4_z
+    zd_5_y = R_4_32 * t182 - t68 * omega_4_z
+    zd_5_z = t68 * omega_4_y - R_4_22 * t182
+    # link 5: angular velocity
+    t197 = t182 + qd_5 * t68
+    omega_5_y = omega_4_y + qd_5 * R_4_22
+    omega_5_z = omega_4_z + qd_5 * R_4_32
+    # joint 6: rate of its axis
+    zd_6_x = -(R_5_32 * omega_5_y + t81 * omega_5_z)
+    zd_6_y = t78 * omega_5_z - R_5_32 * t197
+    zd_6_z = -(t81 * t197 + t78 * omega_5_y)
+    t228 = j_4_z * omega_3_y + (t46 * u_4_z - qd_1 * j_4_y - R_3_32 * t139)
+    t234 = R_4_22 * u_5_z + (j_5_z * omega_4_y + R_4_32 * t134)
+    t251 = j_4_z * t167 - t40 * u_4_z - R_3_32 * u_4_x - qd_1 * t117
+    t258 = j_5_x * omega_4_z + (t68 * u_5_z + (R_4_32 * u_5_x + j_5_z * t182))
+    t268 = t109 * t161 + (s_1 * t145 + t108 * omega_2_y - c_1 * u_3_x)
+    t275 = t117 * omega_3_y - t40 * t139 - t46 * u_4_x - j_4_y * t167
+    t282 = t68 * t134 + (t129 * t182 - j_5_x * omega_4_y) - R_4_22 * u_5_x
+    out[0 * S + k] = t151 - qd_1 * x_6_x
+    out[1 * S + k] = c_1 * u_2_z - qd_1 * j_2_y
+    out[2 * S + k] = j_3_z * omega_2_y + (c_1 * u_3_z + qd_1 * t109)
+    out[3 * S + k] = t228
+    out[4 * S + k] = t129 * omega_4_z + t234
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = qd_1 * j_2_x + s_1 * u_2_z
+    out[8 * S + k] = s_1 * u_3_z + j_3_z * t161 - qd_1 * t108
+    out[9 * S + k] = t251
+    out[10 * S + k] = t258
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = s_1 * t151 - c_1 * u_2_x
+    out[14 * S + k] = t268
+    out[15 * S + k] = t275
+    out[16 * S + k] = t282
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = zd_2_x
+    out[21 * S + k] = zd_4_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = zd_2_y
+    out[27 * S + k] = zd_4_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = zd_3_z
+    out[33 * S + k] = zd_4_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("jacobian_rate_packed takes 48 numbers: q, qd, result")
+    _jacobian_rate(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    p_axis1_dh_d = p[1]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t19 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t20 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (axis2): origin of its joint
+    x_2_x = p_axis2_dh_a * c_1
+    x_2_y = p_axis2_dh_a * s_1
+    # link 2 (axis2): orientation
+    R_2_11 = c_1 * c_2
+    R_2_12 = c_1 * t19
+    R_2_21 = s_1 * c_2
+    R_2_22 = s_1 * t19
+    # link 3 (axis3): origin of its joint
+    x_3_x = x_2_x + p_axis3_dh_a * R_2_11
+    x_3_y = x_2_y + p_axis3_dh_a * R_2_21
+    x_3_z = p_axis1_dh_d + p_axis3_dh_a * t19
+    # link 3 (axis3): orientation
+    R_3_11 = s_3 * R_2_12 - t20 * R_2_11
+    t43 = s_3 * R_2_11 + t20 * R_2_12
+    t46 = t20 * R_2_21 - s_3 * R_2_22
+    t49 = t20 * R_2_22 + s_3 * R_2_21
+    t52 = t19 * t20 + c_2 * s_3
+    R_3_32 = c_2 * t20 - t19 * s_3
+    # link 4 (axis4): origin of its joint
+    x_4_x = p_axis4_dh_d * t43 + (x_3_x + p_axis4_dh_a * R_3_11)
+    x_4_y = p_axis4_dh_d * t49 + (x_3_y - p_axis4_dh_a * t46)
+    # link 4 (axis4): orientation
+    R_4_11 = c_4 * R_3_11 - s_1 * s_4
+    t71 = s_4 * R_3_11 + s_1 * c_4
+    R_4_21 = c_1 * s_4 - c_4 * t46
+    R_4_22 = c_1 * c_4 + s_4 * t46
+    R_4_32 = s_4 * t52
+    # link 5 (axis5): orientation
+    t81 = c_5 * t43 + s_5 * R_4_11
+    t84 = c_5 * t49 + s_5 * R_4_21
+    R_5_32 = t52 * (c_4 * s_5) + c_5 * R_3_32
+    # link 6 (axis6): origin of its joint
+    x_6_x = x_4_x + p_axis6_dh_d * t81
+    x_6_y = x_4_y + p_axis6_dh_d * t84
+    t93 = p_axis6_dh_d * R_5_32
+    x_6_z = x_3_z - p_axis4_dh_a * t52 - p_axis4_dh_d * R_3_32 - t93
+    # joint 1: lever arm of the tool
+    t97 = p_axis1_dh_d - x_6_z
+    # joint 2: velocity of the tool for unit speed
+    t100 = c_1 * t97
+    t101 = s_1 * t97
+    j_2_z = s_1 * (x_2_y - x_6_y) + c_1 * (x_2_x - x_6_x)
+    # joint 3: lever arm of the tool
+    t107 = x_3_z - x_6_z
+    # joint 3: velocity of the tool for unit speed
+    t108 = c_1 * t107
+    t109 = s_1 * t107
+    j_3_z = s_1 * (x_3_y - x_6_y) + c_1 * (x_3_x - x_6_x)
+    # joint 4: lever arm of the tool
+    t113 = x_4_x - x_6_x
+    t114 = x_4_y - x_6_y
+    # joint 4: velocity of the tool for unit speed
+    t117 = t49 * t93 + R_3_32 * t114
+    j_4_y = R_3_32 * t113 + t43 * t93
+    j_4_z = t49 * t113 - t43 * t114
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * t114 - R_4_22 * t93
+    t129 = R_4_32 * t113 + t71 * t93
+    j_5_z = t71 * t114 + R_4_22 * t113
+    # joint 5: velocity of the tool from here on
+    u_5_x = qd_5 * j_5_x
+    t134 = qd_5 * t129
+    u_5_z = qd_5 * j_5_z
+    # joint 4: velocity of the tool from here on
+    u_4_x = u_5_x - qd_4 * t117
+    t139 = t134 - qd_4 * j_4_y
+    u_4_z = u_5_z + qd_4 * j_4_z
+    # joint 3: velocity of the tool from here on
+    u_3_x = u_4_x - qd_3 * t108
+    t145 = t139 + qd_3 * t109
+    u_3_z = u_4_z + qd_3 * j_3_z
+    # joint 2: velocity of the tool from here on
+    u_2_x = u_3_x - qd_2 * t100
+    t151 = t145 + qd_2 * t101
+    u_2_z = u_3_z + qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x - qd_1 * x_6_y
+    # joint 2: rate of its axis
+    zd_2_x = -(qd_1 * c_1)
+    zd_2_y = -(qd_1 * s_1)
+    # link 2: angular velocity
+    t161 = qd_2 * s_1
+    omega_2_y = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_z = s_1 * omega_2_y - c_1 * t161
+    # link 3: angular velocity
+    t167 = t161 + qd_3 * s_1
+    omega_3_y = omega_2_y + qd_3 * c_1
+    # joint 4: rate of its axis
+    zd_4_x = -(qd_1 * t49 + R_3_32 * omega_3_y)
+    zd_4_y = qd_1 * t43 - R_3_32 * t167
+    zd_4_z = -(t49 * t167 + t43 * omega_3_y)
+    # link 4: angular velocity
+    t182 = t167 - qd_4 * t43
+    omega_4_y = omega_3_y + qd_4 * t49
+    omega_4_z = qd_1 - qd_4 * R_3_32
+    # joint 5: rate of its axis
+    zd_5_x = R_4_32 * omega_4_y - R_4_22 * omega_4_z
+    zd_5_y = R_4_32 * t182 - t71 * omega_4_z
+    zd_5_z = t71 * omega_4_y - R_4_22 * t182
+    # link 5: angular velocity
+    t197 = t182 + qd_5 * t71
+    omega_5_y = omega_4_y + qd_5 * R_4_22
+    omega_5_z = omega_4_z + qd_5 * R_4_32
+    # joint 6: rate of its axis
+    zd_6_x = -(R_5_32 * omega_5_y + t84 * omega_5_z)
+    zd_6_y = t81 * omega_5_z - R_5_32 * t197
+    zd_6_z = -(t84 * t197 + t81 * omega_5_y)
+    t228 = j_4_z * omega_3_y + (t49 * u_4_z - qd_1 * j_4_y - R_3_32 * t139)
+    t234 = R_4_22 * u_5_z + (j_5_z * omega_4_y + R_4_32 * t134)
+    t251 = j_4_z * t167 - t43 * u_4_z - R_3_32 * u_4_x - qd_1 * t117
+    t258 = j_5_x * omega_4_z + (t71 * u_5_z + (R_4_32 * u_5_x + j_5_z * t182))
+    t268 = t109 * t161 + (s_1 * t145 + t108 * omega_2_y - c_1 * u_3_x)
+    t275 = t117 * omega_3_y - t43 * t139 - t49 * u_4_x - j_4_y * t167
+    t282 = t71 * t134 + (t129 * t182 - j_5_x * omega_4_y) - R_4_22 * u_5_x
+    out[0 * S + k] = t151 - qd_1 * x_6_x
+    out[1 * S + k] = qd_1 * t101 + c_1 * u_2_z
+    out[2 * S + k] = j_3_z * omega_2_y + (c_1 * u_3_z + qd_1 * t109)
+    out[3 * S + k] = t228
+    out[4 * S + k] = t129 * omega_4_z + t234
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = s_1 * u_2_z - qd_1 * t100
+    out[8 * S + k] = s_1 * u_3_z + j_3_z * t161 - qd_1 * t108
+    out[9 * S + k] = t251
+    out[10 * S + k] = t258
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = s_1 * t151 - c_1 * u_2_x
+    out[14 * S + k] = t268
+    out[15 * S + k] = t275
+    out[16 * S + k] = t282
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = zd_2_x
+    out[21 * S + k] = zd_4_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = zd_2_y
+    out[27 * S + k] = zd_4_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = zd_3_z
+    out[33 * S + k] = zd_4_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(36)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 107:
+        raise ValueError("jacobian_rate_p_packed takes 107 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:6], both[6:12], both[12:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t9 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t10 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (axis6): all from here on: first moment, before its turn
+    t19 = s_6 * 0.025
+    t20 = c_6 * 0.025
+    t21 = t19 - t20
+    h_6t_y = t19 + t20
+    # link 5 (axis5): all from here on: first moment, before its turn
+    h_5t_x = s_5 * 0.0875 - c_5 * t21
+    # link 4 (axis4): all from here on: first moment, in frame 3
+    t34 = s_4 * h_6t_y - c_4 * h_5t_x + 5.332
+    # link 3 (axis3): all from here on: first moment
+    t38 = s_5 * t21 + c_5 * 0.0875 + 14.404199999999998
+    # link 3 (axis3): all from here on: first moment, before its turn
+    h_3t_y = t10 * t38 - s_3 * t34
+    # link 2 (axis2): all from here on: first moment
+    h_2_x = s_3 * t38 + t10 * t34 + 51.10249999999999
+    h_2_z = c_4 * h_6t_y + s_4 * h_5t_x + 11.4076
+    # link 2 (axis2): all from here on: first moment, in frame 1
+    h_2b_x = c_2 * h_2_x + t9 * h_3t_y + 35.19
+    # link 1 (axis1): all from here on: first moment, before its turn
+    h_1t_y = c_1 * h_2_z + s_1 * h_2b_x
+    # link 1 (axis1): all from here on: first moment, in frame 0
+    h_1b_z = t9 * h_2_x - c_2 * h_3t_y + 79.17750000000001
+    t67 = (s_1 * h_2_z - c_1 * h_2b_x) * -0.008525149190110827
+    out[0 * S + k] = t67
+    out[1 * S + k] = h_1t_y * 0.008525149190110827
+    out[2 * S + k] = h_1b_z * 0.008525149190110827
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("center_of_mass_packed takes 9 numbers: q, result")
+    _center_of_mass(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_axis1_dh_d = p[1]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    p_axis2_mass = p[10]
+    p_axis2_com_x = p[11]
+    p_axis2_com_z = p[12]
+    p_axis3_mass = p[19]
+    p_axis3_com_y = p[20]
+    p_axis3_com_z = p[21]
+    p_axis4_mass = p[28]
+    p_axis4_com_z = p[29]
+    p_axis5_mass = p[35]
+    p_axis6_mass = p[41]
+    p_axis6_com_x = p[42]
+    p_axis6_com_y = p[43]
+    p_axis6_com_z = p[44]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t28 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t29 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (axis6): all from here on: first moment
+    h_6_x = p_axis6_mass * p_axis6_com_x
+    h_6_y = p_axis6_mass * p_axis6_com_y
+    # link 6 (axis6): all from here on: first moment, before its turn
+    t41 = s_6 * h_6_y - c_6 * h_6_x
+    h_6t_y = s_6 * h_6_x + c_6 * h_6_y
+    # link 6 (axis6): all from here on: first moment, in frame 5
+    t46 = p_axis6_mass * (p_axis6_dh_d + p_axis6_com_z)
+    # link 5 (axis5): all from here on: first moment, before its turn
+    t49 = c_5 * t41 - s_5 * t46
+    # link 4 (axis4): all from here on: mass
+    m_4 = p_axis6_mass + (p_axis4_mass + p_axis5_mass)
+    # link 4 (axis4): all from here on: first moment, in frame 3
+    t61 = s_4 * h_6t_y + c_4 * t49 - p_axis4_dh_a * m_4
+    # link 3 (axis3): all from here on: mass
+    m_3 = p_axis3_mass + m_4
+    # link 3 (axis3): all from here on: first moment
+    t66 = p_axis4_mass * p_axis4_com_z + (c_5 * t46 + s_5 * t41)
+    t68 = p_axis4_dh_d * m_4 + t66 - p_axis3_mass * p_axis3_com_y
+    # link 3 (axis3): all from here on: first moment, before its turn
+    h_3t_y = t29 * t68 - s_3 * t61
+    # link 2 (axis2): all from here on: mass
+    m_2 = p_axis2_mass + m_3
+    # link 2 (axis2): all from here on: first moment
+    h_2_x = p_axis2_mass * p_axis2_com_x + (p_axis3_dh_a * m_3 + (s_3 * t68 + t29 * t61))
+    t83 = p_axis3_mass * p_axis3_com_z + (c_4 * h_6t_y - s_4 * t49)
+    h_2_z = p_axis2_mass * p_axis2_com_z + t83
+    # link 2 (axis2): all from here on: first moment, in frame 1
+    h_2b_x = p_axis2_dh_a * m_2 + (c_2 * h_2_x + t28 * h_3t_y)
+    # link 1 (axis1): all from here on: first moment, before its turn
+    h_1t_y = c_1 * h_2_z + s_1 * h_2b_x
+    # link 1 (axis1): all from here on: first moment, in frame 0
+    h_1b_z = p_axis1_dh_d * m_2 + (t28 * h_2_x - c_2 * h_3t_y)
+    t101 = 1.0 / m_2
+    out[0 * S + k] = t101 * (c_1 * h_2b_x - s_1 * h_2_z)
+    out[1 * S + k] = h_1t_y * t101
+    out[2 * S + k] = h_1b_z * t101
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 68:
+        raise ValueError("center_of_mass_p_packed takes 68 numbers: q, p, result")
+    _center_of_mass_p(both[0:6], both[6:65], both[65:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t12 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t13 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (axis2): angular velocity
+    omega_2_x = qd_1 * t12
+    t22 = qd_1 * c_2
+    # link 3 (axis3): velocity, before its turn
+    v_3t_y = qd_2 * 0.65
+    v_3t_z = qd_1 * 0.3 + t22 * 0.65
+    # link 3 (axis3): angular velocity
+    t31 = t13 * omega_2_x + s_3 * t22
+    t34 = s_3 * omega_2_x - t13 * t22
+    omega_3_z = qd_2 + qd_3
+    # link 3 (axis3): velocity of its frame
+    v_3_x = s_3 * v_3t_y
+    t37 = t13 * v_3t_y
+    # link 4 (axis4): velocity, before its turn
+    v_4t_x = v_3_x + omega_3_z * 0.6
+    v_4t_y = v_3t_z + t31 * 0.6 - t34 * 0.155
+    v_4t_z = t37 + omega_3_z * 0.155
+    # link 4 (axis4): angular velocity
+    omega_4_x = s_4 * omega_3_z - c_4 * t31
+    omega_4_y = c_4 * omega_3_z + s_4 * t31
+    omega_4_z = qd_4 + t34
+    # link 4 (axis4): velocity of its frame
+    v_4_x = s_4 * v_4t_y + c_4 * v_4t_x
+    v_4_y = c_4 * v_4t_y - s_4 * v_4t_x
+    # link 5 (axis5): angular velocity
+    t63 = s_5 * omega_4_z - c_5 * omega_4_x
+    t66 = s_5 * omega_4_x + c_5 * omega_4_z
+    omega_5_z = qd_5 + omega_4_y
+    # link 5 (axis5): velocity of its frame
+    v_5_x = c_5 * v_4_x - s_5 * v_4t_z
+    t73 = c_5 * v_4t_z + s_5 * v_4_x
+    # link 6 (axis6): velocity, before its turn
+    v_6t_x = v_5_x + omega_5_z * 0.125
+    v_6t_y = v_4_y + t63 * 0.125
+    # link 6 (axis6): angular velocity
+    t81 = c_6 * t63 - s_6 * omega_5_z
+    omega_6_y = c_6 * omega_5_z + s_6 * t63
+    omega_6_z = qd_6 + t66
+    # link 6 (axis6): velocity of its frame
+    v_6_x = s_6 * v_6t_y + c_6 * v_6t_x
+    v_6_y = c_6 * v_6t_y - s_6 * v_6t_x
+    # link 6 (axis6): composite body: flow of its moments
+    K_6_32 = omega_6_z * 0.0012500000000000002
+    t94 = omega_6_y * 0.0012500000000000002
+    t97 = t94 + v_6_x * 0.025
+    t98 = K_6_32 - t97
+    t100 = t81 * -0.0012500000000000002
+    t102 = v_6_y * 0.025 - t100
+    K_6_12 = K_6_32 + t102
+    t104 = t94 - t100
+    t106 = t73 * 0.025 - t104
+    K_6_31 = omega_6_z * -0.0012500000000000002
+    # link 6 (axis6): composite body: momentum
+    l_6_y = omega_6_z * 0.025
+    l_6_x = omega_6_z * -0.025
+    t111 = omega_6_y * 0.025
+    t112 = t81 * 0.025
+    t113 = t111 + t112
+    # link 6 (axis6): Coriolis terms
+    t114 = t98 - K_6_12
+    t115 = t111 - t112
+    t118 = t81 * 0.0012500000000000002 - K_6_32 - t94
+    t120 = t114 + (t97 + t102)
+    s_6_n_z = -t120
+    # link 6 (axis6): Coriolis terms with joint 6
+    l_6u_y = c_6 * l_6_y + s_6 * l_6_x
+    t127 = s_6 * l_6_y - c_6 * l_6_x
+    t128 = s_6 * t118
+    t129 = c_6 * t118
+    t130 = 0.125 * t127
+    t132 = t128 + t129 - t130
+    t133 = 0.125 * l_6u_y
+    s_6_6_b_z = t129 - (t128 + t133)
+    t136 = c_6 * 0.025
+    t137 = s_6 * 0.025
+    h_6u_y = t136 + t137
+    t139 = t136 - t137
+    t140 = c_6 * 0.0012500000000000002
+    t141 = s_6 * 0.0012500000000000002
+    t144 = t140 + 0.125 * t139 - t141
+    t147 = t141 + (t140 + 0.125 * h_6u_y)
+    t148 = c_6 * t106
+    t149 = s_6 * t106
+    t150 = t148 - t149
+    t151 = t148 + t149
+    # link 5 (axis5): Coriolis terms with joint 6
+    t154 = s_5 * t115 - c_5 * l_6u_y
+    t157 = c_5 * t115 + s_5 * l_6u_y
+    t160 = s_5 * t120 + c_5 * t132
+    t161 = c_5 * t120
+    t162 = s_5 * t132
+    t163 = c_5 * h_6u_y
+    m_5_6_n_x = s_5 * 0.0025000000000000005 - c_5 * t144
+    t171 = s_5 * t114 + c_5 * t150
+    t174 = c_5 * t114 - s_5 * t150
+    # link 4 (axis4): Coriolis terms with joint 6
+    s_4_6_f_x = s_4 * t127 + c_4 * t154
+    t180 = s_4 * t154 - c_4 * t127
+    t187 = c_4 * t160 + (s_4 * s_6_6_b_z + 0.6 * t180)
+    t190 = t161 - t162 + 0.155 * t180
+    s_4_6_b_z = c_4 * s_6_6_b_z + (0.155 * t157 + 0.6 * s_4_6_f_x) - s_4 * t160
+    t201 = s_4 * t163 - c_4 * t139
+    m_4_6_b_x = s_4 * t147 + (c_4 * m_5_6_n_x + 0.6 * t201)
+    t210 = s_5 * t144 + c_5 * 0.0025000000000000005 + 0.155 * t201
+    t213 = s_4 * t151 - c_4 * t171
+    t216 = c_4 * t151 + s_4 * t171
+    # link 3 (axis3): Coriolis terms with joint 6
+    s_3_6_b_z = s_4_6_b_z + 0.65 * (t13 * t157 + s_3 * s_4_6_f_x)
+    m_3_6_n_x = s_3 * t210 - t13 * m_4_6_b_x
+    m_3_6_b_y = s_3 * m_4_6_b_x + (t13 * t210 + 0.65 * t201)
+    # link 2 (axis2): Coriolis terms with joint 6
+    s_2_6_b_z = c_2 * (t13 * t190 + (s_3 * t187 + 0.65 * t180)) + (t12 * (t13 * t187 - s_3 * t190) + 0.3 * t180)
+    # link 6 (axis6): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_a = 0.0025000000000000005 * sc_6
+    t254 = S_6_a - 0.0012500000000000002
+    t256 = 0.0025000000000000005 * ss_6 - 0.0012500000000000002
+    t257 = t98 + K_6_12
+    t260 = t114 * sc_6 + ss_6 * t257
+    t263 = t114 * ss_6 - sc_6 * t257
+    t264 = t98 - t260
+    t265 = t98 - t263
+    K_6u_22 = K_6_12 - t260
+    # link 5 (axis5): composite body
+    t272 = t254 - 0.265
+    # link 5 (axis5): composite body: flow of its moments
+    K_5_12 = omega_5_z * 0.265 - t150
+    K_5_13 = t263 + (K_6_12 + t66 * 0.265)
+    t284 = omega_5_z * 1.0003125 + v_5_x * 0.0875 - t130 - s_6 * K_6_32
+    t285 = c_6 * K_6_31 + t284
+    t286 = t73 * 0.0875
+    t289 = t104 + 0.125 * t113 - t286
+    t294 = s_6 * K_6_31 + (t133 + (v_4_y * 0.0875 + t63 * 1.0003125))
+    t295 = c_6 * K_6_32 + t294
+    # link 5 (axis5): composite body: momentum
+    l_5_x = omega_5_z * 0.0875 - t127
+    l_5_z = l_6u_y + t63 * 0.0875
+    # link 5 (axis5): Coriolis terms
+    t300 = t264 + t289
+    t302 = t113 - t63 * h_6u_y
+    s_5_f_y = l_5_x + t66 * h_6u_y
+    s_5_f_z = t66 * 0.0875 - t63 * t139
+    t315 = t63 * t144 + (t265 + v_5_x * h_6u_y) - t66 * (S_6_a + 1.0015625)
+    t322 = t151 - t73 * h_6u_y - t66 * t144
+    t323 = t63 * (0.0012500000000000002 + (S_6_a - t272)) + t322
+    t330 = v_5_x * t139 + (t66 * t256 + (t286 + t300 - t63 * t147))
+    s_5_n_z = -t330
+    # link 5 (axis5): Coriolis terms with joint 5
+    t334 = s_5 * s_5_f_y + c_5 * t302
+    t337 = s_5 * t302 - c_5 * s_5_f_y
+    t340 = c_5 * t315 - s_5 * t323
+    t343 = s_5 * t315 + c_5 * t323
+    m_5_5_f_x = c_5 * 0.0875 - s_5 * t139
+    m_5_5_f_y = c_5 * t139 + s_5 * 0.0875
+    m_5_5_n_x = c_5 * t256 - s_5 * t147
+    t356 = s_5 * t256 + c_5 * t147
+    t358 = t254 - 1.2653124999999998
+    t361 = s_5 * t295 + c_5 * K_5_13
+    k_5_5_y = c_5 * t295 - s_5 * K_5_13
+    # link 4 (axis4): Coriolis terms with joint 5
+    t367 = c_4 * t334 + s_4 * s_5_f_z
+    t370 = s_4 * t334 - c_4 * s_5_f_z
+    s_4_5_b_x = c_4 * t340 + (s_4 * t330 + 0.6 * t370)
+    t379 = t343 - 0.155 * t370
+    s_4_5_b_z = s_4 * t340 + (0.155 * t337 - 0.6 * t367) - c_4 * t330
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t390 = 0.6 * m_4_5_f_y - s_4 * t358 - c_4 * m_5_5_n_x
+    m_4_5_b_y = t356 + 0.155 * m_4_5_f_y
+    t395 = s_4 * t300 - c_4 * t361
+    t398 = s_4 * t361 + c_4 * t300
+    # link 3 (axis3): Coriolis terms with joint 5
+    s_3_5_b_y = s_3 * s_4_5_b_x + (0.65 * t370 - t13 * t379)
+    s_3_5_b_z = s_4_5_b_z - 0.65 * (s_3 * t367 - t13 * t337)
+    # link 2 (axis2): Coriolis terms with joint 5
+    s_2_5_b_z = t370 * -0.3 - t12 * (s_3 * t379 + t13 * s_4_5_b_x) - c_2 * s_3_5_b_y
+    # link 5 (axis5): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t436 = t272 + 1.0003125
+    S_5_p = t144 * -2.0
+    S_5_a = sc_5 * S_5_p - ss_5 * t436
+    t445 = sc_5 * t436 + (t144 + ss_5 * S_5_p)
+    S_5t_22 = 1.0003125 + S_5_a
+    t447 = t264 - t289
+    K_5_p = K_5_12 - t285
+    K_5_a = sc_5 * K_5_p - ss_5 * t447
+    t454 = sc_5 * t447 + ss_5 * K_5_p
+    t455 = t264 + K_5_a
+    t456 = t285 + t454
+    l_5u_x = c_5 * l_5_x - s_5 * t113
+    l_5u_y = c_5 * t113 + s_5 * l_5_x
+    # link 4 (axis4): composite body
+    t469 = t272 + S_5_a - 0.04049999999999998
+    S_4_22 = S_6_a + 0.5867499999999999
+    # link 4 (axis4): composite body: flow of its moments
+    K_4_12 = t361 + omega_4_z * 0.04049999999999998
+    t476 = K_5_12 + omega_4_y * 0.04049999999999998 - t454
+    t480 = c_5 * t265 + (omega_4_z * 0.5854999999999999 - s_5 * t151)
+    K_4_23 = s_5 * t265 + (c_5 * t151 + omega_4_x * 0.5854999999999999)
+    # link 4 (axis4): Coriolis terms
+    K_4_t = K_6u_22 - t455
+    t486 = l_5_z + omega_4_x * m_5_5_f_x
+    s_4_f_y = l_5u_x - omega_4_y * m_5_5_f_x
+    s_4_f_z = omega_4_y * h_6u_y + omega_4_x * m_5_5_f_y
+    t498 = omega_4_x * m_5_5_n_x + (t456 - v_4_x * m_5_5_f_x) - omega_4_y * (S_5t_22 + S_4_22)
+    t504 = k_5_5_y - omega_4_y * m_5_5_n_x - v_4_y * m_5_5_f_x
+    t505 = omega_4_x * (S_5t_22 - t469) + t504
+    t512 = omega_4_x * t356 + (K_4_t - v_4_y * h_6u_y - omega_4_y * t445)
+    s_4_n_z = t512 - v_4_x * m_5_5_f_y
+    # link 4 (axis4): Coriolis terms with joint 4
+    t516 = c_4 * t486 + s_4 * s_4_f_y
+    s_4_4_f_y = c_4 * s_4_f_y - s_4 * t486
+    t526 = c_4 * t498 + (0.6 * s_4_4_f_y - s_4 * t505)
+    t528 = s_4_n_z - 0.155 * s_4_4_f_y
+    s_4_4_b_z = 0.155 * s_4_f_z - 0.6 * t516 - s_4 * t498 - c_4 * t505
+    h_4u_y = c_4 * h_6u_y + s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y - s_4 * h_6u_y
+    t546 = c_4 * t445 + (0.6 * m_4_4_f_y - s_4 * t356)
+    m_4_4_b_y = t469 - S_4_22 + 0.155 * m_4_4_f_y
+    k_4_4_x = s_4 * K_4_23 + c_4 * t476
+    t555 = s_4 * t476 - c_4 * K_4_23
+    # link 3 (axis3): Coriolis terms with joint 4
+    s_3_4_n_x = s_3 * t528 + t13 * t526
+    s_3_4_b_z = s_4_4_b_z - 0.65 * (s_3 * t516 - t13 * s_4_f_z)
+    k_3_4_y = t13 * K_4_t + s_3 * k_4_4_x
+    # link 2 (axis2): Coriolis terms with joint 4
+    t586 = c_2 * (s_3 * t526 + 0.65 * s_4_4_f_y - t13 * t528) + 0.3 * s_4_4_f_y
+    s_2_4_b_z = t12 * s_3_4_n_x + t586
+    # link 4 (axis4): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t592 = t469 + S_4_22
+    S_4_p = m_5_5_n_x * -2.0
+    t596 = ss_4 * t592 - sc_4 * S_4_p
+    S_4t_22 = S_4_22 - t596
+    t600 = K_6u_22 + t455
+    K_4_p = K_4_12 - t480
+    t604 = ss_4 * t600 - sc_4 * K_4_p
+    t607 = sc_4 * t600 + ss_4 * K_4_p
+    l_4u_x = c_4 * l_5u_x - s_4 * l_5_z
+    l_4u_y = s_4 * l_5u_x + c_4 * l_5_z
+    # link 3 (axis3): composite body
+    t623 = t469 + m_4_4_f_y * 0.31 - t596 - 0.88196
+    S_3_12 = 0.155 * m_5_5_f_x - t546 + 2.371779
+    t631 = ss_4 * S_4_p + (sc_4 * t592 + (m_5_5_n_x + 0.155 * h_4u_y))
+    S_3_22 = S_5_a + m_5_5_f_x * 1.2 + 9.854896099999998
+    t641 = c_4 * t356 + (s_4 * t445 + 0.6 * h_4u_y) + 0.012553599999999998
+    h_3_x = m_4_4_f_y - 5.332
+    t645 = m_5_5_f_x + 14.404199999999998
+    # link 3 (axis3): composite body: flow of its moments
+    t646 = omega_3_z * 2.371779
+    t652 = t646 + (t455 + v_3_x * 5.332 - t604 + 0.155 * l_4u_x)
+    t658 = v_3t_z * 5.332 + t31 * 2.371779 - t34 * 0.88196 - K_4_12
+    t661 = t607 + t658 + 0.155 * l_4u_y
+    t662 = t31 * 0.012553599999999998
+    t667 = K_5_a + (t37 * 14.404199999999998 - t289) - 0.6 * l_5u_y
+    K_3_22 = t646 + t667 - t662
+    t673 = v_3t_z * 14.404199999999998 + t31 * 8.854583599999998
+    t677 = c_4 * k_5_5_y + (s_4 * t456 + (t673 - t34 * 2.371779))
+    t679 = t677 + 0.6 * l_4u_y
+    K_3_31 = omega_3_z * 0.012553599999999998 - t480 - t607
+    # link 3 (axis3): composite body: momentum
+    l_3_x = l_4u_x + omega_3_z * 14.404199999999998
+    t686 = omega_3_z * 5.332 - l_5u_y
+    l_3_z = l_4u_y + (t31 * 14.404199999999998 - t34 * 5.332)
+    # link 3 (axis3): Coriolis terms
+    t691 = t652 - K_3_22
+    s_3_f_x = t686 + t31 * h_4u_y
+    s_3_f_y = l_3_x + t34 * h_4u_y
+    t698 = t31 * h_3_x - t34 * t645
+    t701 = S_4t_22 + S_3_22
+    t705 = t34 * t701 + (t31 * S_3_12 + (K_3_31 - v_3_x * h_4u_y))
+    t708 = t555 + t37 * h_4u_y
+    t709 = S_4t_22 - t623
+    t712 = t31 * t709 + (t34 * S_3_12 - t708)
+    t720 = t34 * t631 + (t37 * t645 + (t691 + v_3_x * h_3_x) - t31 * t641)
+    s_3_n_z = -t720
+    # link 3 (axis3): Coriolis terms with joint 3
+    s_3_3_b_y = 0.65 * t698 - t13 * t712 - s_3 * t705
+    s_3_3_b_z = (t13 * s_3_f_y - s_3 * s_3_f_x) * -0.65 - t720
+    h_3u_y = s_3 * h_3_x + t13 * t645
+    m_3_3_f_y = s_3 * t645 - t13 * h_3_x
+    t744 = t13 * t631 + s_3 * t641
+    S_3t_23 = t13 * t641 - s_3 * t631
+    t750 = s_3 * t679 + t13 * t661
+    K_3u_23 = t13 * t679 - s_3 * t661
+    # link 2 (axis2): Coriolis terms with joint 3
+    s_2_3_b_z = -0.3 * t698 - t12 * (s_3 * t712 - t13 * t705) - c_2 * s_3_3_b_y
+    # link 3 (axis3): composite body, before its turn
+    ss_3 = s_3 * s_3
+    t762 = t13 * s_3
+    t763 = t623 + S_3_22
+    S_3_p = S_3_12 * 2.0
+    t768 = t762 * S_3_p + ss_3 * t763
+    t771 = t652 + K_3_22
+    t775 = t34 * 0.012553599999999998 - omega_3_z * 7.972623599999998
+    t781 = t775 - v_3_x * 14.404199999999998 + t37 * 5.332 - 0.155 * l_5u_y
+    K_3_p = s_4 * k_5_5_y + (k_4_4_x + t781 - c_4 * t456) - 0.6 * l_4u_x
+    t789 = ss_3 * t771 + t762 * K_3_p
+    K_3_b = t762 * t771 - ss_3 * K_3_p
+    K_3u_22 = K_3_22 - t789
+    l_3u_x = s_3 * t686 - t13 * l_3_x
+    l_3u_y = s_3 * l_3_x + t13 * t686
+    # link 2 (axis2): composite body
+    S_2_12 = t762 * t763 + (S_3_12 + 0.65 * h_3u_y - ss_3 * S_3_p)
+    S_2_13 = t744 + 0.65 * h_4u_y + 3.5504299999999995
+    h_2_x = m_3_3_f_y + 51.10249999999999
+    # link 2 (axis2): composite body: flow of its moments
+    t815 = t22 * -3.5504299999999995
+    t819 = t652 - t789 - 0.65 * l_3u_x - t815
+    t826 = qd_1 * 15.330749999999997 + t22 * 30.3974125 + 0.65 * l_3_z
+    K_2_13 = t750 + t826
+    K_2_23 = K_3u_23 + omega_2_x * 0.2450000000000001
+    # link 2 (axis2): composite body: momentum
+    l_2_y = l_3u_y + qd_2 * 51.10249999999999
+    # link 2 (axis2): Coriolis terms
+    s_2_n_x = omega_2_x * S_2_12 + (s_3 * t555 + t13 * K_3_31) - t22 * (0.2450000000000001 + (t701 - t768))
+    t849 = omega_2_x * (30.3974125 + (t768 + (t709 + m_3_3_f_y * 1.3)))
+    t852 = s_3 * K_3_31 + (qd_2 * 3.5504299999999995 - t13 * t555)
+    t856 = omega_2_x * S_3t_23
+    s_2_n_z = t856 + (t22 * S_2_13 + (K_3u_22 - t819))
+    # link 2 (axis2): Coriolis terms with joint 2
+    t863 = c_2 * (t849 + (t852 - t22 * S_2_12)) - 0.3 * (t22 * h_3u_y - omega_2_x * h_2_x)
+    s_2_2_b_z = t12 * s_2_n_x + t863
+    K_2u_23 = c_2 * K_2_23 - t12 * K_2_13
+    # link 2 (axis2): composite body, before its turn
+    t873 = K_3_p + (qd_2 * 30.1524125 - omega_2_x * 3.5504299999999995)
+    K_2_p = t873 + 2.0 * K_3_b + 0.65 * l_3u_y
+    l_2u_x = c_2 * l_3u_x + t12 * l_2_y
+    # link 1 (axis1): Coriolis terms
+    t890 = t662 + (K_6u_22 - t604) - t815 - t819 + 0.3 * l_2u_x
+    K_1_t = t12 * (t12 * (K_3u_22 + t819) + c_2 * K_2_p) + t890
+    t896 = t12 * (t13 * k_4_4_x - s_3 * K_4_t) + c_2 * k_3_4_y
+    t899 = omega_2_x * (s_3 * t546 + (t13 * m_4_4_b_y + 0.65 * m_4_4_f_y))
+    t901 = t899 + (t555 + t22 * (s_3 * m_4_4_b_y - t13 * t546))
+    t907 = c_2 * (t13 * k_5_5_y - s_3 * t395) - t12 * (t13 * t395 + s_3 * k_5_5_y)
+    t909 = omega_2_x * (t13 * m_4_5_b_y + (s_3 * t390 + 0.65 * m_4_5_f_y))
+    t911 = t909 + (t22 * (s_3 * m_4_5_b_y - t13 * t390) - t398)
+    t919 = t31 * m_4_5_b_y + (t34 * t390 - t398 - v_3_x * m_5_5_f_y)
+    t923 = c_2 * (t13 * t174 - s_3 * t213) - t12 * (s_3 * t174 + t13 * t213)
+    t928 = -(omega_2_x * m_3_6_b_y + (t216 + t22 * m_3_6_n_x))
+    t935 = t37 * (s_4 * t139 + c_4 * t163) - t216 - t34 * m_4_6_b_x
+    t944 = omega_4_y * m_5_6_n_x + (omega_4_x * t147 - t174) - v_4_x * t139
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_b_z
+    out[2 * S + k] = s_2_3_b_z
+    out[3 * S + k] = s_2_4_b_z
+    out[4 * S + k] = s_2_5_b_z
+    out[5 * S + k] = s_2_6_b_z
+    out[6 * S + k] = K_2u_23
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = s_3_6_b_z
+    out[12 * S + k] = c_2 * K_3u_23 - t12 * t750
+    out[13 * S + k] = t22 * t744 + (t856 - t691)
+    out[14 * S + k] = s_3_n_z
+    out[15 * S + k] = s_4_4_b_z
+    out[16 * S + k] = s_4_5_b_z
+    out[17 * S + k] = s_4_6_b_z
+    out[18 * S + k] = -t896
+    out[19 * S + k] = t901
+    out[20 * S + k] = t31 * m_4_4_b_y + (t708 + t34 * t546)
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = -t343
+    out[23 * S + k] = t162 - t161
+    out[24 * S + k] = t907
+    out[25 * S + k] = t911
+    out[26 * S + k] = t919 - m_5_5_f_x * (c_4 * t37)
+    out[27 * S + k] = omega_4_x * t358 - t504
+    out[28 * S + k] = s_5_n_z
+    out[29 * S + k] = s_6_6_b_z
+    out[30 * S + k] = t923
+    out[31 * S + k] = t928
+    out[32 * S + k] = h_6u_y * (s_5 * v_3_x) + (t935 - t31 * t210)
+    out[33 * S + k] = t944 - v_4_y * t163
+    out[34 * S + k] = t63 * -0.0025000000000000005 - t322
+    out[35 * S + k] = s_6_n_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("coriolis_matrix_packed takes 48 numbers: q, qd, result")
+    _coriolis_matrix(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    p_axis2_mass = p[10]
+    p_axis2_com_x = p[11]
+    p_axis2_com_z = p[12]
+    p_axis2_inertia_xx = p[13]
+    p_axis2_inertia_yy = p[14]
+    p_axis2_inertia_zz = p[15]
+    p_axis2_inertia_xz = p[16]
+    p_axis3_mass = p[19]
+    p_axis3_com_y = p[20]
+    p_axis3_com_z = p[21]
+    p_axis3_inertia_xx = p[22]
+    p_axis3_inertia_yy = p[23]
+    p_axis3_inertia_zz = p[24]
+    p_axis3_inertia_yz = p[25]
+    p_axis4_mass = p[28]
+    p_axis4_com_z = p[29]
+    p_axis4_inertia_xx = p[30]
+    p_axis4_inertia_yy = p[31]
+    p_axis4_inertia_zz = p[32]
+    p_axis5_mass = p[35]
+    p_axis5_inertia_xx = p[36]
+    p_axis5_inertia_yy = p[37]
+    p_axis5_inertia_zz = p[38]
+    p_axis6_mass = p[41]
+    p_axis6_com_x = p[42]
+    p_axis6_com_y = p[43]
+    p_axis6_com_z = p[44]
+    # link 6 (axis6): base parameters
+    J_6_x1 = p_axis6_mass * p_axis6_com_x
+    J_6_xx = p_axis6_com_x * J_6_x1
+    J_6_xy = p_axis6_com_y * J_6_x1
+    J_6_xz = p_axis6_com_z * J_6_x1
+    J_6_y1 = p_axis6_mass * p_axis6_com_y
+    J_6_yy = p_axis6_com_y * J_6_y1
+    J_6_yz = p_axis6_com_z * J_6_y1
+    J_6_z1 = p_axis6_mass * p_axis6_com_z
+    J_6_zz = p_axis6_com_z * J_6_z1
+    # link 5 (axis5): base parameters
+    t53 = p_axis5_inertia_xx * 0.5
+    t54 = p_axis5_inertia_zz * 0.5
+    t55 = p_axis5_inertia_yy * 0.5
+    t56 = t53 - t55
+    J_5_xx = t54 - t56
+    t59 = J_6_z1 + p_axis6_dh_d * p_axis6_mass
+    J_5_yy = p_axis6_dh_d * (J_6_z1 + t59) + (t56 + (J_6_zz + t54))
+    # link 4 (axis4): base parameters
+    t65 = p_axis4_inertia_xx * 0.5
+    t66 = p_axis4_inertia_yy * 0.5
+    t67 = p_axis4_inertia_zz * 0.5
+    t68 = t65 - t67
+    J_4_xx = t66 - t68
+    t74 = t67 + (t65 + (t55 + (t53 - t54)) - t66)
+    J_4_z1 = p_axis4_mass * p_axis4_com_z
+    J_4_11 = p_axis6_mass + (p_axis4_mass + p_axis5_mass)
+    # link 3 (axis3): base parameters
+    J_3_x1 = p_axis4_dh_a * J_4_11
+    t82 = 0.5 * (p_axis3_inertia_xx - p_axis3_inertia_yy)
+    t83 = p_axis3_inertia_zz * 0.5
+    J_3_xx = t83 + (p_axis4_dh_a * J_3_x1 - t82)
+    t88 = p_axis4_dh_a * J_4_z1 + p_axis4_dh_d * J_3_x1
+    t89 = p_axis3_mass * p_axis3_com_y
+    t92 = J_4_z1 + p_axis4_dh_d * J_4_11
+    t98 = t83 + (t82 + (p_axis4_com_z * J_4_z1 + (t66 + t68)))
+    t100 = p_axis4_dh_d * (J_4_z1 + t92) + (p_axis3_com_y * t89 + t98)
+    t102 = p_axis3_inertia_yz - p_axis3_com_z * t89
+    t103 = t89 - t92
+    J_3_11 = p_axis3_mass + J_4_11
+    # link 2 (axis2): base parameters
+    t105 = p_axis2_mass * p_axis2_com_x
+    t107 = p_axis3_dh_a * J_3_11
+    t110 = 0.5 * (p_axis2_inertia_xx - p_axis2_inertia_yy)
+    t111 = p_axis2_inertia_zz * 0.5
+    t114 = t111 + (p_axis2_com_x * t105 + p_axis3_dh_a * t107 - t110)
+    t118 = p_axis2_inertia_xz - p_axis3_com_z * (p_axis3_dh_a * p_axis3_mass)
+    t119 = t118 - p_axis2_com_z * t105
+    J_2_x1 = t105 + t107
+    J_2_yy = t110 + t111
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t123 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t124 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (axis6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (axis2): velocity, before its turn
+    v_2t_z = qd_1 * p_axis2_dh_a
+    # link 2 (axis2): angular velocity
+    omega_2_x = qd_1 * t123
+    t134 = qd_1 * c_2
+    # link 3 (axis3): velocity, before its turn
+    v_3t_y = qd_2 * p_axis3_dh_a
+    v_3t_z = v_2t_z + p_axis3_dh_a * t134
+    # link 3 (axis3): angular velocity
+    t140 = t124 * omega_2_x + s_3 * t134
+    t143 = s_3 * omega_2_x - t124 * t134
+    omega_3_z = qd_2 + qd_3
+    # link 3 (axis3): velocity of its frame
+    v_3_x = s_3 * v_3t_y
+    t146 = t124 * v_3t_y
+    # link 4 (axis4): velocity, before its turn
+    v_4t_x = v_3_x + p_axis4_dh_d * omega_3_z
+    v_4t_y = p_axis4_dh_a * t143 + (v_3t_z + p_axis4_dh_d * t140)
+    v_4t_z = t146 - p_axis4_dh_a * omega_3_z
+    # link 4 (axis4): angular velocity
+    omega_4_x = s_4 * omega_3_z - c_4 * t140
+    omega_4_y = c_4 * omega_3_z + s_4 * t140
+    omega_4_z = qd_4 + t143
+    # link 4 (axis4): velocity of its frame
+    v_4_x = s_4 * v_4t_y + c_4 * v_4t_x
+    v_4_y = c_4 * v_4t_y - s_4 * v_4t_x
+    # link 5 (axis5): angular velocity
+    t170 = s_5 * omega_4_z - c_5 * omega_4_x
+    t173 = s_5 * omega_4_x + c_5 * omega_4_z
+    omega_5_z = qd_5 + omega_4_y
+    # link 5 (axis5): velocity of its frame
+    v_5_x = c_5 * v_4_x - s_5 * v_4t_z
+    t180 = c_5 * v_4t_z + s_5 * v_4_x
+    # link 6 (axis6): velocity, before its turn
+    v_6t_x = v_5_x + p_axis6_dh_d * omega_5_z
+    v_6t_y = v_4_y + p_axis6_dh_d * t170
+    # link 6 (axis6): angular velocity
+    t187 = c_6 * t170 - s_6 * omega_5_z
+    omega_6_y = c_6 * omega_5_z + s_6 * t170
+    omega_6_z = qd_6 + t173
+    # link 6 (axis6): velocity of its frame
+    v_6_x = s_6 * v_6t_y + c_6 * v_6t_x
+    v_6_y = c_6 * v_6t_y - s_6 * v_6t_x
+    # link 6 (axis6): composite body: flow of its moments
+    t199 = J_6_xz * omega_6_y
+    t200 = J_6_xy * omega_6_z
+    t201 = J_6_x1 * v_6_x + t199
+    t202 = t200 - t201
+    K_6_12 = J_6_x1 * v_6_y + (J_6_xz * t187 + J_6_xx * omega_6_z)
+    t208 = J_6_xy * t187
+    t212 = J_6_xx * omega_6_y + (t208 - J_6_x1 * t180)
+    K_6_21 = J_6_yz * omega_6_y + (J_6_y1 * v_6_x - J_6_yy * omega_6_z)
+    t218 = J_6_yz * t187
+    t220 = t218 + J_6_y1 * v_6_y
+    K_6_22 = t200 + t220
+    t222 = J_6_xy * omega_6_y
+    t226 = J_6_yy * t187 + (t222 - J_6_y1 * t180)
+    t227 = J_6_yz * omega_6_z
+    K_6_32 = J_6_xz * omega_6_z
+    # link 6 (axis6): composite body: momentum
+    t229 = J_6_y1 * omega_6_z
+    l_6_y = J_6_x1 * omega_6_z
+    t233 = J_6_x1 * omega_6_y + J_6_y1 * t187
+    # link 6 (axis6): Coriolis terms
+    t234 = t202 - K_6_22
+    s_6_f_z = J_6_y1 * omega_6_y - J_6_x1 * t187
+    t240 = t208 - t227 - J_6_yy * omega_6_y
+    t243 = t222 + K_6_32 - J_6_xx * t187
+    t245 = t234 + (t201 + t220)
+    s_6_n_z = -t245
+    # link 6 (axis6): Coriolis terms with joint 6
+    l_6u_y = c_6 * l_6_y - s_6 * t229
+    t252 = s_6 * l_6_y + c_6 * t229
+    t257 = p_axis6_dh_d * t252
+    s_6_6_b_x = t257 + (s_6 * t243 - c_6 * t240)
+    t260 = p_axis6_dh_d * l_6u_y
+    t262 = t260 + (c_6 * t243 + s_6 * t240)
+    s_6_6_b_z = -t262
+    h_6u_y = J_6_x1 * s_6 + J_6_y1 * c_6
+    t269 = J_6_y1 * s_6 - J_6_x1 * c_6
+    m_6_6_n_z = J_6_xx + J_6_yy
+    m_6_6_b_x = p_axis6_dh_d * t269 + (J_6_yz * s_6 - J_6_xz * c_6)
+    t280 = p_axis6_dh_d * h_6u_y + (J_6_xz * s_6 + J_6_yz * c_6)
+    k_6_6_x = c_6 * t212 - s_6 * t226
+    k_6_6_y = c_6 * t226 + s_6 * t212
+    # link 5 (axis5): Coriolis terms with joint 6
+    s_5_6_f_x = s_5 * s_6_f_z - c_5 * l_6u_y
+    t292 = c_5 * s_6_f_z + s_5 * l_6u_y
+    t295 = s_5 * t245 - c_5 * s_6_6_b_x
+    t298 = c_5 * h_6u_y
+    m_5_6_n_x = s_5 * m_6_6_n_z + c_5 * m_6_6_b_x
+    t306 = s_5 * t234 - c_5 * k_6_6_x
+    t309 = c_5 * t234 + s_5 * k_6_6_x
+    # link 4 (axis4): Coriolis terms with joint 6
+    s_4_6_f_x = s_4 * t252 + c_4 * s_5_6_f_x
+    s_4_6_f_y = s_4 * s_5_6_f_x - c_4 * t252
+    s_4_6_b_x = s_4 * t262 - c_4 * t295 - p_axis4_dh_d * s_4_6_f_y
+    t324 = c_5 * t245 + s_5 * s_6_6_b_x
+    t325 = p_axis4_dh_a * s_4_6_f_y - t324
+    s_4_6_b_z = p_axis4_dh_d * s_4_6_f_x - (p_axis4_dh_a * t292 + (c_4 * t262 + s_4 * t295))
+    m_4_6_f_x = s_4 * t269 - c_4 * t298
+    t336 = s_4 * t298 + c_4 * t269
+    m_4_6_b_x = p_axis4_dh_d * t336 + (c_4 * m_5_6_n_x + s_4 * t280)
+    t344 = c_5 * m_6_6_n_z - s_5 * m_6_6_b_x - p_axis4_dh_a * t336
+    t347 = s_4 * k_6_6_y + c_4 * t306
+    k_4_6_y = c_4 * k_6_6_y - s_4 * t306
+    # link 3 (axis3): Coriolis terms with joint 6
+    s_3_6_f_y = t124 * t292 + s_3 * s_4_6_f_x
+    s_3_6_b_y = s_3 * s_4_6_b_x + t124 * t325 - p_axis3_dh_a * s_4_6_f_y
+    s_3_6_b_z = s_4_6_b_z + p_axis3_dh_a * s_3_6_f_y
+    m_3_6_n_x = s_3 * t344 - t124 * m_4_6_b_x
+    m_3_6_b_y = p_axis3_dh_a * t336 + (t124 * t344 + s_3 * m_4_6_b_x)
+    # link 2 (axis2): Coriolis terms with joint 6
+    t381 = p_axis2_dh_a * s_4_6_f_y - t123 * (t124 * s_4_6_b_x - s_3 * t325)
+    s_2_6_b_z = t381 - c_2 * s_3_6_b_y
+    # link 6 (axis6): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_d = J_6_xx - J_6_yy
+    S_6_p = J_6_xy * 2.0
+    S_6_a = sc_6 * S_6_p + ss_6 * S_6_d
+    S_6t_12 = J_6_xy + sc_6 * S_6_d - ss_6 * S_6_p
+    S_6t_22 = J_6_yy + S_6_a
+    t398 = t202 + K_6_22
+    K_6_p = K_6_12 + K_6_21
+    K_6_a = sc_6 * K_6_p - ss_6 * t398
+    t405 = ss_6 * K_6_p + sc_6 * t398
+    t406 = t202 + K_6_a
+    K_6u_21 = K_6_21 - t405
+    K_6u_22 = K_6_22 + K_6_a
+    # link 5 (axis5): composite body
+    S_5_11 = J_6_xx + J_5_xx - S_6_a
+    # link 5 (axis5): composite body: flow of its moments
+    K_5_12 = k_6_6_x + J_5_xx * omega_5_z
+    K_5_13 = J_5_xx * t173 + (K_6_12 - t405)
+    t424 = c_6 * t227 + (t257 + s_6 * K_6_32) - J_5_yy * omega_5_z
+    K_5_21 = t424 - t59 * v_5_x
+    t426 = t59 * t180
+    t430 = p_axis6_dh_d * t233 + (t199 + t218 - t426)
+    t435 = J_5_yy * t170 + (c_6 * K_6_32 + (t260 - s_6 * t227))
+    t436 = t59 * v_4_y + t435
+    # link 5 (axis5): composite body: momentum
+    t438 = t252 - t59 * omega_5_z
+    l_5_z = l_6u_y + t59 * t170
+    # link 5 (axis5): Coriolis terms
+    t441 = t406 + t430
+    t443 = t233 - t170 * h_6u_y
+    t445 = t438 - t173 * h_6u_y
+    s_5_f_z = t170 * t269 + t59 * t173
+    t455 = t173 * (J_5_yy + S_6t_22) + (t170 * m_6_6_b_x + (K_6u_21 - v_5_x * h_6u_y))
+    t459 = k_6_6_y + t180 * h_6u_y - t173 * m_6_6_b_x
+    t462 = t459 - t170 * (S_6t_22 + S_5_11)
+    s_5_n_z = v_5_x * t269 - (t426 + t441 - t170 * t280 - t173 * S_6t_12)
+    # link 5 (axis5): Coriolis terms with joint 5
+    s_5_5_f_x = s_5 * t445 - c_5 * t443
+    t475 = s_5 * t443 + c_5 * t445
+    t478 = c_5 * t455 - s_5 * t462
+    t481 = s_5 * t455 + c_5 * t462
+    m_5_5_f_x = s_5 * t269 + t59 * c_5
+    t487 = c_5 * t269 - t59 * s_5
+    S_5t_13 = c_5 * S_6t_12 + s_5 * t280
+    S_5t_23 = s_5 * S_6t_12 - c_5 * t280
+    m_5_5_n_z = J_5_yy + S_5_11
+    t497 = s_5 * t436 + c_5 * K_5_13
+    k_5_5_y = c_5 * t436 - s_5 * K_5_13
+    # link 4 (axis4): Coriolis terms with joint 5
+    s_4_5_f_x = c_4 * s_5_5_f_x - s_4 * s_5_f_z
+    s_4_5_f_y = s_4 * s_5_5_f_x + c_4 * s_5_f_z
+    t513 = p_axis4_dh_d * s_4_5_f_y + (s_4 * s_5_n_z + c_4 * t478)
+    t515 = t481 + p_axis4_dh_a * s_4_5_f_y
+    t519 = s_4 * t478 - c_4 * s_5_n_z - p_axis4_dh_d * s_4_5_f_x
+    t520 = p_axis4_dh_a * t475 + t519
+    s_4_5_b_z = -t520
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t527 = p_axis4_dh_d * m_4_5_f_y + (s_4 * m_5_5_n_z + c_4 * S_5t_13)
+    t529 = S_5t_23 + p_axis4_dh_a * m_4_5_f_y
+    t532 = s_4 * t441 - c_4 * t497
+    t535 = s_4 * t497 + c_4 * t441
+    # link 3 (axis3): Coriolis terms with joint 5
+    s_3_5_f_y = s_3 * s_4_5_f_x + t124 * t475
+    s_3_5_n_x = s_3 * t515 + t124 * t513
+    s_3_5_b_y = t124 * t515 - s_3 * t513 - p_axis3_dh_a * s_4_5_f_y
+    s_3_5_b_z = p_axis3_dh_a * s_3_5_f_y - t520
+    m_3_5_n_x = s_3 * t529 + t124 * t527
+    t556 = p_axis3_dh_a * m_4_5_f_y + (s_3 * t527 - t124 * t529)
+    # link 2 (axis2): Coriolis terms with joint 5
+    s_2_5_b_z = p_axis2_dh_a * s_4_5_f_y + (t123 * s_3_5_n_x - c_2 * s_3_5_b_y)
+    # link 5 (axis5): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t572 = J_5_yy - S_5_11
+    S_5_p = m_6_6_b_x * 2.0
+    S_5_a = sc_5 * S_5_p - ss_5 * t572
+    S_5t_12 = m_6_6_b_x - ss_5 * S_5_p - sc_5 * t572
+    S_5t_22 = J_5_yy + S_5_a
+    t582 = t406 - t430
+    K_5_p = K_5_12 + K_5_21
+    K_5_a = sc_5 * K_5_p - ss_5 * t582
+    t589 = sc_5 * t582 + ss_5 * K_5_p
+    t590 = t406 + K_5_a
+    K_5u_21 = K_5_21 - t589
+    t598 = c_5 * t438 + s_5 * t233
+    l_5u_y = c_5 * t233 - s_5 * t438
+    # link 4 (axis4): composite body
+    S_4_11 = J_4_xx + S_5_11 - S_5_a
+    t604 = t74 + S_6t_22
+    # link 4 (axis4): composite body: flow of its moments
+    K_4_12 = t497 + J_4_xx * omega_4_z
+    t609 = J_4_xx * omega_4_y + (K_5_12 - t589)
+    t612 = t74 * omega_4_z + (s_5 * k_6_6_y - c_5 * K_6u_21)
+    t615 = c_5 * k_6_6_y + s_5 * K_6u_21 - t74 * omega_4_x
+    # link 4 (axis4): Coriolis terms
+    K_4_t = K_6u_22 - t590
+    t618 = l_5_z + omega_4_x * m_5_5_f_x
+    t620 = t598 + omega_4_y * m_5_5_f_x
+    s_4_f_z = omega_4_y * h_6u_y - omega_4_x * t487
+    t629 = omega_4_x * S_5t_13 + (K_5u_21 + v_4_x * m_5_5_f_x)
+    s_4_n_x = omega_4_y * (S_5t_22 + t604) + t629
+    t636 = k_5_5_y + omega_4_y * S_5t_13 - v_4_y * m_5_5_f_x
+    t637 = omega_4_x * (S_5t_22 + S_4_11) + t636
+    t644 = omega_4_y * S_5t_12 + (K_4_t - v_4_y * h_6u_y) - omega_4_x * S_5t_23
+    s_4_n_z = v_4_x * t487 + t644
+    # link 4 (axis4): Coriolis terms with joint 4
+    t648 = c_4 * t618 - s_4 * t620
+    t651 = c_4 * t620 + s_4 * t618
+    s_4_4_b_x = p_axis4_dh_d * t651 + (s_4 * t637 + c_4 * s_4_n_x)
+    t660 = s_4_n_z - p_axis4_dh_a * t651
+    t664 = s_4 * s_4_n_x - c_4 * t637 - p_axis4_dh_a * s_4_f_z
+    s_4_4_b_z = t664 - p_axis4_dh_d * t648
+    h_4u_y = c_4 * h_6u_y - s_4 * t487
+    t671 = c_4 * t487 + s_4 * h_6u_y
+    t678 = p_axis4_dh_d * t671 - (s_4 * S_5t_23 - c_4 * S_5t_12)
+    t679 = p_axis4_dh_a * t671
+    t681 = S_4_11 + t604 - t679
+    t684 = s_4 * t615 - c_4 * t609
+    t687 = s_4 * t609 + c_4 * t615
+    # link 3 (axis3): Coriolis terms with joint 4
+    s_3_4_n_x = s_3 * t660 - t124 * s_4_4_b_x
+    s_3_4_b_y = p_axis3_dh_a * t651 + (s_3 * s_4_4_b_x + t124 * t660)
+    s_3_4_b_z = s_4_4_b_z - p_axis3_dh_a * (s_3 * t648 - t124 * s_4_f_z)
+    m_3_4_n_x = s_3 * t681 - t124 * t678
+    m_3_4_b_y = p_axis3_dh_a * t671 + (t124 * t681 + s_3 * t678)
+    k_3_4_x = t124 * t684 + s_3 * K_4_t
+    k_3_4_y = t124 * K_4_t - s_3 * t684
+    # link 2 (axis2): Coriolis terms with joint 4
+    s_2_4_b_z = t123 * s_3_4_n_x - c_2 * s_3_4_b_y - p_axis2_dh_a * t651
+    # link 4 (axis4): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 - t604
+    S_4_p = 2.0 * S_5t_13
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    t731 = t604 + S_4_a
+    t732 = K_6u_22 + t590
+    K_4_p = K_4_12 - t612
+    t736 = ss_4 * t732 - sc_4 * K_4_p
+    t739 = sc_4 * t732 + ss_4 * K_4_p
+    t746 = c_4 * t598 + s_4 * l_5_z
+    t749 = s_4 * t598 - c_4 * l_5_z
+    # link 3 (axis3): composite body
+    S_3_11 = J_3_xx + S_4_11 - 2.0 * t679 - S_4_a
+    t756 = p_axis4_dh_a * m_5_5_f_x + (t88 - t678)
+    S_3_13 = p_axis4_dh_a * h_4u_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
+    t764 = t100 + S_5t_22 + 2.0 * (p_axis4_dh_d * m_5_5_f_x)
+    t768 = p_axis4_dh_d * h_4u_y + (t102 - s_4 * S_5t_12 - c_4 * S_5t_23)
+    h_3_x = J_3_x1 - t671
+    t770 = t103 - m_5_5_f_x
+    # link 3 (axis3): composite body: flow of its moments
+    t771 = t88 * omega_3_z
+    t777 = p_axis4_dh_a * t746 + (t590 - t736 - t771 - J_3_x1 * v_3_x)
+    t787 = t88 * t140 + (J_3_xx * t143 + (K_4_12 - t739)) - p_axis4_dh_a * t749
+    K_3_13 = J_3_x1 * v_3t_z + t787
+    t794 = t102 * t140
+    t798 = t103 * t146 + (p_axis4_dh_d * l_5u_y + (t771 + (t430 - K_5_a)))
+    t799 = t794 + t798
+    t805 = p_axis4_dh_d * t749 + (s_4 * K_5u_21 - c_4 * k_5_5_y)
+    K_3_23 = t103 * v_3t_z + (t805 - t88 * t143 - t100 * t140)
+    t811 = t612 + t739 - t102 * omega_3_z
+    # link 3 (axis3): composite body: momentum
+    t813 = t746 + t103 * omega_3_z
+    l_3_y = l_5u_y + J_3_x1 * omega_3_z
+    # link 3 (axis3): Coriolis terms
+    t820 = t777 + t799
+    t827 = t140 * h_3_x + t143 * t770
+    t830 = t731 + t764
+    s_3_n_x = t140 * t756 + (t811 + v_3_x * h_4u_y) - t143 * t830
+    t837 = t687 + t146 * h_4u_y
+    t838 = t731 + S_3_11
+    t841 = t143 * t756 + t837 - t140 * t838
+    t845 = t143 * S_3_13
+    t848 = t820 + v_3_x * h_3_x - t146 * t770 - t140 * t768
+    s_3_n_z = t845 - t848
+    # link 3 (axis3): Coriolis terms with joint 3
+    s_3_3_f_y = t124 * (t813 - t143 * h_4u_y) - s_3 * (l_3_y - t140 * h_4u_y)
+    s_3_3_n_x = s_3 * t841 - t124 * s_3_n_x
+    s_3_3_b_y = p_axis3_dh_a * t827 + (t124 * t841 + s_3 * s_3_n_x)
+    s_3_3_b_z = p_axis3_dh_a * s_3_3_f_y - (t848 - t845)
+    h_3u_y = s_3 * h_3_x - t124 * t770
+    t869 = s_3 * t770 + t124 * h_3_x
+    m_3_3_n_x = t124 * S_3_13 - s_3 * t768
+    S_3t_23 = t124 * t768 + s_3 * S_3_13
+    k_3_3_x = s_3 * K_3_23 + t124 * K_3_13
+    k_3_3_y = t124 * K_3_23 - s_3 * K_3_13
+    # link 2 (axis2): Coriolis terms with joint 3
+    s_2_3_b_z = t123 * s_3_3_n_x - c_2 * s_3_3_b_y - p_axis2_dh_a * t827
+    # link 3 (axis3): composite body, before its turn
+    ss_3 = s_3 * s_3
+    t890 = t124 * s_3
+    S_3_d = S_3_11 - t764
+    S_3_p = t756 * -2.0
+    t896 = t890 * S_3_p - ss_3 * S_3_d
+    t899 = t777 - t799
+    t904 = t684 - c_4 * K_5u_21 - s_4 * k_5_5_y - p_axis4_dh_a * l_5u_y
+    t908 = J_3_x1 * t146 + t904 - t102 * t143 - t103 * v_3_x - p_axis4_dh_d * t746
+    t909 = t908 - omega_3_z * (J_3_xx - t100)
+    t912 = ss_3 * t899 - t890 * t909
+    t916 = t799 + t912
+    t923 = s_3 * l_3_y - t124 * t813
+    t926 = s_3 * t813 + t124 * l_3_y
+    # link 2 (axis2): composite body
+    t930 = t890 * S_3_d + (t756 + ss_3 * S_3_p) - p_axis3_dh_a * h_3u_y
+    h_2_x = J_2_x1 - t869
+    # link 2 (axis2): composite body: flow of its moments
+    t935 = t119 * t134
+    t939 = p_axis3_dh_a * t923 + (t777 - t912 - t935)
+    t943 = p_axis3_dh_a * (t749 + t103 * t140 - J_3_x1 * t143)
+    # link 2 (axis2): Coriolis terms
+    s_2_n_x = s_3 * t687 - t124 * t811 - omega_2_x * t930 - t134 * (J_2_yy + t830 - t896)
+    t969 = omega_2_x * (t896 + (t114 + t838) - 2.0 * (p_axis3_dh_a * t869))
+    t972 = qd_2 * t119 + (t124 * t687 + s_3 * t811) - t134 * t930
+    s_2_n_y = t972 - t969
+    t975 = omega_2_x * S_3t_23
+    s_2_n_z = t975 - t916 - t939 - t134 * (t119 + m_3_3_n_x - p_axis3_dh_a * h_4u_y)
+    # link 2 (axis2): Coriolis terms with joint 2
+    s_2_2_b_z = t123 * s_2_n_x - c_2 * s_2_n_y - p_axis2_dh_a * (t134 * h_3u_y - omega_2_x * h_2_x)
+    t984 = t123 * (t943 + (k_3_3_x - J_2_x1 * v_2t_z) - t114 * t134)
+    K_2u_23 = t984 - c_2 * (k_3_3_y - J_2_yy * omega_2_x)
+    # link 2 (axis2): composite body, before its turn
+    K_2_d = t916 - t939
+    t992 = p_axis3_dh_a * t926 + (t909 - 2.0 * (t890 * t899 + ss_3 * t909))
+    # link 1 (axis1): composite body: flow of its moments
+    t998 = p_axis2_dh_a * (c_2 * t923 + t123 * (t926 - qd_2 * J_2_x1))
+    # link 1 (axis1): Coriolis terms
+    t1000 = c_2 * (t992 - t119 * omega_2_x - qd_2 * (t114 - J_2_yy))
+    K_1_t = t794 + (K_6u_22 - t736) - t935 - t939 - t998 - t123 * (t123 * K_2_d + t1000)
+    t1023 = c_2 * (t124 * k_5_5_y - s_3 * t532) - t123 * (t124 * t532 + s_3 * k_5_5_y)
+    t1036 = t143 * t527 + (v_3_x * t487 - t535) - t140 * t529 - m_5_5_f_x * (c_4 * t146)
+    t1040 = c_2 * (t124 * t309 + s_3 * t347) - t123 * (s_3 * t309 - t124 * t347)
+    t1052 = k_4_6_y - t143 * m_4_6_b_x - t140 * t344 - t146 * m_4_6_f_x
+    t1060 = v_4_x * t269 + (omega_4_y * m_5_6_n_x + (omega_4_x * t280 - t309))
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_b_z
+    out[2 * S + k] = s_2_3_b_z
+    out[3 * S + k] = s_2_4_b_z
+    out[4 * S + k] = s_2_5_b_z
+    out[5 * S + k] = s_2_6_b_z
+    out[6 * S + k] = K_2u_23
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = s_3_6_b_z
+    out[12 * S + k] = t123 * k_3_3_x - c_2 * k_3_3_y
+    out[13 * S + k] = t975 - t820 - t134 * m_3_3_n_x
+    out[14 * S + k] = s_3_n_z
+    out[15 * S + k] = s_4_4_b_z
+    out[16 * S + k] = s_4_5_b_z
+    out[17 * S + k] = s_4_6_b_z
+    out[18 * S + k] = t123 * k_3_4_x - c_2 * k_3_4_y
+    out[19 * S + k] = t687 - t134 * m_3_4_n_x - omega_2_x * m_3_4_b_y
+    out[20 * S + k] = t837 - t143 * t678 - t140 * t681
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = t481
+    out[23 * S + k] = -t324
+    out[24 * S + k] = t1023
+    out[25 * S + k] = omega_2_x * t556 - t535 - t134 * m_3_5_n_x
+    out[26 * S + k] = t1036
+    out[27 * S + k] = -(t636 + omega_4_x * m_5_5_n_z)
+    out[28 * S + k] = s_5_n_z
+    out[29 * S + k] = s_6_6_b_z
+    out[30 * S + k] = t1040
+    out[31 * S + k] = k_4_6_y - t134 * m_3_6_n_x - omega_2_x * m_3_6_b_y
+    out[32 * S + k] = h_6u_y * (s_5 * v_3_x) + t1052
+    out[33 * S + k] = t1060 - v_4_y * t298
+    out[34 * S + k] = t459 - t170 * m_6_6_n_z
+    out[35 * S + k] = s_6_n_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(36)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 107:
+        raise ValueError("coriolis_matrix_p_packed takes 107 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:6], both[6:12], both[12:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t14 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t15 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (axis1): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 1 (axis1): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (axis2): force on the tool
+    f_2_x = c_2 * f_1_x + w_3 * t14
+    t38 = w_3 * c_2 - t14 * f_1_x
+    # link 2 (axis2): moment on the tool
+    n_2_x = w_6 * t14 + c_2 * n_1_x
+    t44 = w_6 * c_2 - t14 * n_1_x
+    # link 3 (axis3): force on the tool
+    t47 = t15 * f_2_x + s_3 * t38
+    f_3_y = t15 * t38 - s_3 * f_2_x
+    # link 3 (axis3): moment on the tool
+    t53 = s_3 * t44 + t15 * n_2_x
+    t56 = s_3 * n_2_x - t15 * t44
+    # link 4 (axis4): force on the tool
+    f_4_x = s_4 * f_1_y - c_4 * t47
+    # link 5 (axis5): place of the tool, before its turn
+    r_5t_x = s_5 * 0.125
+    r_5t_y = c_5 * -0.125
+    # link 4 (axis4): place of the tool, before its turn
+    r_4t_x = c_4 * r_5t_x
+    r_4t_y = s_4 * r_5t_x
+    # link 4 (axis4): place of the tool in frame 3
+    r_4_x = r_4t_x - 0.155
+    r_4_y = r_5t_y - 0.6
+    # link 3 (axis3): place of the tool, before its turn
+    t79 = t15 * r_4_x + s_3 * r_4_y
+    t82 = t15 * r_4_y - s_3 * r_4_x
+    # link 3 (axis3): place of the tool in frame 2
+    t84 = t79 - 0.65
+    # link 2 (axis2): place of the tool, before its turn
+    t87 = t14 * t82 + c_2 * t84
+    r_2t_y = t14 * t84 - c_2 * t82
+    # link 2 (axis2): place of the tool in frame 1
+    t92 = t87 - 0.3
+    t102 = w_1 * (s_1 * t92 - c_1 * r_4t_y) + (w_6 - w_2 * (s_1 * r_4t_y + c_1 * t92))
+    t119 = f_3_y * r_5t_x + (s_4 * t53 + c_4 * n_1_y - f_4_x * r_5t_y)
+    out[0 * S + k] = t102
+    out[1 * S + k] = w_3 * t87 + (n_1_y - f_1_x * r_2t_y)
+    out[2 * S + k] = t38 * t79 + (n_1_y + f_2_x * t82)
+    out[3 * S + k] = t47 * r_4t_y + (t56 + f_1_y * r_4t_x)
+    out[4 * S + k] = t119
+    out[5 * S + k] = c_5 * t56 - s_5 * (c_4 * t53 - s_4 * n_1_y)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(6)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("wrench_effort_packed takes 18 numbers: q, wrench, result")
+    _wrench_effort(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_axis2_dh_a = p[2]
+    p_axis3_dh_a = p[3]
+    p_axis4_dh_d = p[4]
+    p_axis4_dh_a = p[5]
+    p_axis6_dh_d = p[6]
+    # link 1 (axis1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (axis2): rotation
+    c_2 = _sin(q_2)
+    t19 = _cos(q_2)
+    # link 3 (axis3): rotation
+    t20 = _sin(q_3)
+    s_3 = _cos(q_3)
+    # link 4 (axis4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (axis5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (axis1): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 1 (axis1): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (axis2): force on the tool
+    f_2_x = c_2 * f_1_x + w_3 * t19
+    t43 = w_3 * c_2 - t19 * f_1_x
+    # link 2 (axis2): moment on the tool
+    n_2_x = w_6 * t19 + c_2 * n_1_x
+    t49 = w_6 * c_2 - t19 * n_1_x
+    # link 3 (axis3): force on the tool
+    t52 = t20 * f_2_x + s_3 * t43
+    f_3_y = t20 * t43 - s_3 * f_2_x
+    # link 3 (axis3): moment on the tool
+    t58 = s_3 * t49 + t20 * n_2_x
+    t61 = s_3 * n_2_x - t20 * t49
+    # link 4 (axis4): force on the tool
+    f_4_x = s_4 * f_1_y - c_4 * t52
+    # link 5 (axis5): place of the tool, before its turn
+    r_5t_x = p_axis6_dh_d * s_5
+    t73 = p_axis6_dh_d * c_5
+    # link 4 (axis4): place of the tool, before its turn
+    r_4t_x = c_4 * r_5t_x
+    r_4t_y = s_4 * r_5t_x
+    # link 4 (axis4): place of the tool in frame 3
+    r_4_x = p_axis4_dh_a + r_4t_x
+    t77 = p_axis4_dh_d + t73
+    # link 3 (axis3): place of the tool, before its turn
+    t80 = t20 * r_4_x - s_3 * t77
+    r_3t_y = t20 * t77 + s_3 * r_4_x
+    # link 3 (axis3): place of the tool in frame 2
+    r_3_x = p_axis3_dh_a - t80
+    # link 2 (axis2): place of the tool, before its turn
+    r_2t_x = t19 * r_3t_y + c_2 * r_3_x
+    # link 2 (axis2): place of the tool in frame 1
+    r_2_x = p_axis2_dh_a + r_2t_x
+    # link 1 (axis1): place of the tool, before its turn
+    r_1t_y = s_1 * r_2_x + c_1 * r_4t_y
+    t101 = w_6 - w_2 * (s_1 * r_4t_y - c_1 * r_2_x) - w_1 * r_1t_y
+    t105 = n_1_y + f_1_x * (t19 * r_3_x - c_2 * r_3t_y) - w_3 * r_2t_x
+    t118 = f_3_y * r_5t_x + (f_4_x * t73 + (s_4 * t58 + c_4 * n_1_y))
+    out[0 * S + k] = t101
+    out[1 * S + k] = t105
+    out[2 * S + k] = t43 * t80 + (n_1_y - f_2_x * r_3t_y)
+    out[3 * S + k] = t52 * r_4t_y + (t61 + f_1_y * r_4t_x)
+    out[4 * S + k] = t118
+    out[5 * S + k] = c_5 * t61 - s_5 * (c_4 * t58 - s_4 * n_1_y)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    out = np.empty(6)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 77:
+        raise ValueError("wrench_effort_p_packed takes 77 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:6], both[6:12], both[12:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'panda'
 COORDINATES = ('joint1', 'joint2', 'joint3', 'joint4', 'joint5', 'joint6', 'joint7')
@@ -442,6 +443,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 28:
+        raise ValueError("inverse_dynamics_packed takes 28 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:7], both[7:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -489,7 +498,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -513,19 +522,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1042,6 +1055,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 104:
+        raise ValueError("inverse_dynamics_p_packed takes 104 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:7], both[7:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -1093,7 +1114,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1119,19 +1140,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1707,6 +1732,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 28:
+        raise ValueError("forward_dynamics_packed takes 28 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:7], both[7:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -1754,7 +1787,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1778,19 +1811,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2514,6 +2551,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 104:
+        raise ValueError("forward_dynamics_p_packed takes 104 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:7], both[7:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -2565,7 +2610,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2591,19 +2636,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2878,6 +2927,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 56:
+        raise ValueError("mass_matrix_packed takes 56 numbers: q, result")
+    _mass_matrix(both[0:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(224)
     block = np.empty(1568)
@@ -2911,7 +2968,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 7 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 49))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 7))
@@ -2929,13 +2986,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(49):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 7, count))
 
 
@@ -3359,6 +3418,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 132:
+        raise ValueError("mass_matrix_p_packed takes 132 numbers: q, p, result")
+    _mass_matrix_p(both[0:7], both[7:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(224)
     block = np.empty(1568)
@@ -3396,7 +3463,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 49))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 7))
@@ -3416,13 +3483,1048 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(49):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((7, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 7 (joint7): effort when joint 7 is accelerated
+    m_7_7_f_x = c_7 * 0.0031274395439999996 - s_7 * 0.007735484874
+    m_7_7_f_y = c_7 * 0.007735484874 + s_7 * 0.0031274395439999996
+    t30 = c_7 * 0.001672482661783778 - s_7 * 0.000548359106408232
+    C_7t_yz = c_7 * 0.000548359106408232 + s_7 * 0.001672482661783778
+    t37 = m_7_7_f_y * 0.088 + 0.004909651967360946
+    # link 6 (joint6): effort when joint 7 is accelerated
+    m_6_7_f_x = c_6 * m_7_7_f_x
+    m_6_7_f_y = s_6 * m_7_7_f_x
+    m_6_7_n_x = s_6 * t37 - c_6 * t30
+    t45 = s_6 * t30 + c_6 * t37
+    # link 5 (joint5): effort when joint 7 is accelerated
+    m_5_7_f_x = c_5 * m_6_7_f_x + s_5 * m_7_7_f_y
+    m_5_7_f_y = s_5 * m_6_7_f_x - c_5 * m_7_7_f_y
+    t59 = s_5 * C_7t_yz + (m_5_7_f_y * 0.384 - c_5 * m_6_7_n_x)
+    t61 = m_5_7_f_y * 0.0825
+    t62 = t45 + t61
+    t66 = c_5 * C_7t_yz + (m_6_7_f_y * 0.0825 + m_5_7_f_x * 0.384)
+    t67 = s_5 * m_6_7_n_x + t66
+    # link 4 (joint4): effort when joint 7 is accelerated
+    m_4_7_f_x = c_4 * m_5_7_f_x - s_4 * m_6_7_f_y
+    m_4_7_f_y = c_4 * m_6_7_f_y + s_4 * m_5_7_f_x
+    t76 = c_4 * t59 - s_4 * t62
+    m_4_7_b_y = t67 - 0.0825 * m_4_7_f_y
+    m_4_7_b_z = t61 - s_4 * t59 - c_4 * t62
+    # link 3 (joint3): effort when joint 7 is accelerated
+    m_3_7_f_y = c_3 * m_5_7_f_y + s_3 * m_4_7_f_x
+    t98 = (s_3 * m_5_7_f_y - c_3 * m_4_7_f_x) * 0.316 - c_3 * m_4_7_b_y
+    t99 = s_3 * t76 + t98
+    # link 2 (joint2): effort when joint 7 is accelerated
+    t100 = s_2 * (s_3 * m_4_7_b_y + (c_3 * t76 + m_3_7_f_y * 0.316))
+    # link 7 (joint7): composite body, before its turn
+    t103 = c_7 * 0.000395108718315752
+    t106 = s_7 * 0.003665297872941088 - t103
+    t108 = s_7 * 0.000395108718315752
+    t111 = c_7 * 0.0012443540944198578 - t108
+    # link 6 (joint6): composite body
+    t124 = c_7 * t111 + (s_7 * t106 + m_7_7_f_y * 0.176)
+    C_6_xx = t124 + 0.015636815370587556
+    t128 = t30 + 0.005511034382675314
+    t133 = c_7 * t106 + (m_7_7_f_x * 0.088 - s_7 * t111) - 0.00010375891721868492
+    C_6_x1 = m_7_7_f_y + 0.16496755269500002
+    t137 = C_7t_yz + 9.3569097314605e-05
+    # link 6 (joint6): effort when joint 6 is accelerated
+    M_6_6 = t124 + 0.02914515311624745
+    m_6_6_f_x = c_6 * 0.068832705569 - s_6 * C_6_x1
+    m_6_6_f_y = c_6 * C_6_x1 + s_6 * 0.068832705569
+    t149 = s_6 * t137 - c_6 * t133
+    t152 = s_6 * t133 + c_6 * t137
+    # link 5 (joint5): effort when joint 6 is accelerated
+    m_5_6_f_x = c_5 * m_6_6_f_x
+    m_5_6_f_y = s_5 * m_6_6_f_x
+    t161 = c_5 * t149 + (0.384 * m_5_6_f_y - s_5 * M_6_6)
+    t162 = 0.0825 * m_5_6_f_y
+    m_5_6_b_y = t152 - t162
+    t167 = 0.0825 * m_6_6_f_y + 0.384 * m_5_6_f_x - c_5 * M_6_6
+    t168 = t167 - s_5 * t149
+    # link 4 (joint4): effort when joint 6 is accelerated
+    t171 = s_4 * m_6_6_f_y - c_4 * m_5_6_f_x
+    m_4_6_f_y = s_4 * m_5_6_f_x + c_4 * m_6_6_f_y
+    t177 = s_4 * m_5_6_b_y + c_4 * t161
+    m_4_6_b_y = t168 - 0.0825 * m_4_6_f_y
+    m_4_6_b_z = c_4 * m_5_6_b_y + (t162 - s_4 * t161)
+    # link 3 (joint3): effort when joint 6 is accelerated
+    m_3_6_f_y = c_3 * m_5_6_f_y - s_3 * t171
+    # link 2 (joint2): effort when joint 6 is accelerated
+    t198 = s_2 * (c_3 * t177 + (s_3 * m_4_6_b_y + 0.316 * m_3_6_f_y))
+    # link 6 (joint6): composite body, before its turn
+    t200 = s_6 * t128
+    t201 = c_6 * C_6_xx + t200
+    t203 = c_6 * t128
+    t206 = t203 + s_6 * 0.013508337745659895
+    # link 5 (joint5): composite body
+    C_5_xx = c_6 * t201 + s_6 * t206 + 0.0014511560650267152
+    t220 = t149 - 0.0015152444733270301
+    t223 = c_6 * t206 - s_6 * t201 - 0.004600245517563105
+    C_5_x1 = m_6_6_f_y - 0.014653732538
+    t226 = s_7 * (t103 + s_7 * 0.0012443540944198578) + c_7 * (t108 + c_7 * 0.003665297872941088)
+    C_5_yy = t226 + 0.010045187828321242
+    C_5_yz = t152 - 0.0021640520520981297
+    C_5_y1 = m_7_7_f_x + 0.067870631425
+    # link 5 (joint5): effort when joint 5 is accelerated
+    M_5_5 = C_5_xx + C_5_yy
+    C_5t_y1 = c_5 * C_5_y1 + s_5 * C_5_x1
+    t239 = s_5 * C_5_y1 - c_5 * C_5_x1
+    m_5_5_b_x = s_5 * C_5_yz + (c_5 * t223 + 0.384 * t239)
+    t247 = 0.0825 * t239
+    m_5_5_b_y = M_5_5 + t247
+    m_5_5_b_z = c_5 * C_5_yz + (0.384 * C_5t_y1 - s_5 * t223)
+    # link 4 (joint4): effort when joint 5 is accelerated
+    t252 = c_4 * C_5t_y1
+    m_4_5_n_x = c_4 * m_5_5_b_x - s_4 * m_5_5_b_y
+    t260 = m_5_5_b_z - 0.0825 * (s_4 * C_5t_y1)
+    t262 = t247 - c_4 * m_5_5_b_y - s_4 * m_5_5_b_x
+    # link 3 (joint3): effort when joint 5 is accelerated
+    m_3_5_b_x = c_3 * m_4_5_n_x + (s_3 * t260 + 0.316 * (s_3 * t252 + c_3 * t239))
+    # link 5 (joint5): composite body, before its turn
+    t279 = c_5 * t220
+    t280 = s_5 * C_5_yy + t279
+    t282 = s_5 * t220
+    t284 = t282 + c_5 * C_5_xx
+    # link 4 (joint4): composite body
+    C_4_xx = c_5 * t284 + (s_5 * t280 + t239 * 0.165) + 0.0458473861568155
+    C_4_xy = 0.0825 * m_6_6_f_x - m_5_5_b_x - 0.13876407268546087
+    t304 = 0.0825 * C_5t_y1
+    t308 = s_5 * t284 - c_5 * t280 - t304 + 0.0039053550262761003
+    t310 = t239 + 0.49008027465000004
+    t313 = m_6_6_f_x * 0.768 - c_6 * (c_6 * 0.013508337745659895 - t200)
+    t316 = s_6 * (t203 - s_6 * C_6_xx) + t313 - 0.5852255150309718
+    t318 = m_5_5_b_z - 0.0016444875773692705
+    t320 = m_6_6_f_x - 1.720683553603
+    # link 4 (joint4): effort when joint 4 is accelerated
+    M_4_4 = C_4_xx - t316
+    m_4_4_f_x = s_4 * t310 + c_4 * t320
+    t327 = c_4 * t310 - s_4 * t320
+    t330 = s_4 * t318 - c_4 * t308
+    m_4_4_n_y = c_4 * t318 + s_4 * t308
+    # link 3 (joint3): effort when joint 4 is accelerated
+    t339 = M_4_4 - 0.316 * m_4_4_f_x - 0.0825 * t327
+    # link 4 (joint4): composite body, before its turn
+    t345 = s_4 * C_4_xy
+    t346 = c_4 * C_4_xx - t345
+    t349 = c_4 * C_4_xy
+    t350 = s_4 * t316 + t349
+    # link 3 (joint3): composite body
+    t364 = s_4 * t350 + (0.165 * t327 - c_4 * t346) - 0.05642967102652771
+    C_3_xy = t304 - t330 + 0.00012191242095074308
+    t372 = 0.0825 * m_4_4_f_x - s_4 * t346 - c_4 * t350 - 0.005487648106562256
+    t374 = t327 - 0.684157959872
+    t375 = s_5 * (t279 - s_5 * C_5_xx) + c_5 * (t282 - c_5 * C_5_yy)
+    t377 = t375 - 0.022178148964878238
+    C_3_yz = m_4_4_n_y + 0.004377257121839584
+    C_3_y1 = C_5t_y1 + 0.028227094878000014
+    # link 3 (joint3): effort when joint 3 is accelerated
+    t382 = t364 + t377
+    C_3t_y1 = c_3 * C_3_y1 - s_3 * t374
+    m_3_3_b_x = s_3 * C_3_yz + (c_3 * t372 + 0.316 * (s_3 * C_3_y1 + c_3 * t374))
+    # link 3 (joint3): composite body, before its turn
+    t398 = c_3 * C_3_xy
+    t400 = t398 + s_3 * t377
+    t402 = s_3 * C_3_xy
+    t404 = t402 + c_3 * t364
+    # link 2 (joint2): composite body
+    t416 = s_3 * t400 + c_3 * t404 - 0.023077882494931805
+    C_2_xy = m_3_3_b_x + 0.00398335888393552
+    t425 = m_4_4_f_x * 0.632 - c_4 * (t345 - c_4 * t316) - s_4 * (t349 + s_4 * C_4_xx)
+    t427 = t425 - 0.9562715012318805
+    t430 = c_3 * C_3_yz + 0.316 * C_3t_y1 - s_3 * t372
+    # link 2 (joint2): effort when joint 2 is accelerated
+    t434 = s_2 * (s_3 * t404 - c_3 * t400 + 0.01026110182100817)
+    # inertia of the arm and of effects
+    t443 = t100 + c_2 * m_4_7_b_z
+    # solve: L D L^T
+    t445 = t443 * 203.68042513969147
+    t446 = t99 * 203.68042513969147
+    t447 = m_4_7_b_z * 203.68042513969147
+    t448 = t67 * 203.68042513969147
+    t449 = t45 * 203.68042513969147
+    t450 = C_7t_yz * 203.68042513969147
+    t468 = t443 * t450 + (c_2 * m_4_6_b_z + t198)
+    t471 = 0.316 * (s_3 * m_5_6_f_y + c_3 * t171) - c_3 * m_4_6_b_y
+    t473 = t99 * t450 + (s_3 * t177 + t471)
+    t475 = m_4_6_b_z + m_4_7_b_z * t450
+    t477 = t168 + t67 * t450
+    t479 = t152 - t45 * t450
+    t483 = 1.0 / (M_6_6 - C_7t_yz * t450)
+    t484 = t468 * t483
+    t485 = t473 * t483
+    t486 = t475 * t483
+    t487 = t477 * t483
+    t488 = t479 * t483
+    t502 = t468 * t488 + (s_2 * m_3_5_b_x + c_2 * t262 - t443 * t449)
+    t505 = 0.316 * (c_3 * t252 - s_3 * t239) - s_3 * m_4_5_n_x
+    t508 = t99 * t449 + (c_3 * t260 + t505) - t473 * t488
+    t511 = t475 * t488 + (t262 - m_4_7_b_z * t449)
+    t514 = t477 * t488 + (m_5_5_b_z - t67 * t449)
+    t518 = 1.0 / (M_5_5 - t45 * t449 - t479 * t488)
+    t519 = t502 * t518
+    t520 = t508 * t518
+    t521 = t511 * t518
+    t522 = t514 * t518
+    t531 = t443 * t448 + (c_2 * m_4_4_n_y + s_2 * (c_3 * t330 - s_3 * t339))
+    t533 = t502 * t522 + (t468 * t487 + t531)
+    t538 = t473 * t487 + (s_3 * t330 + t99 * t448) - t508 * t522
+    t539 = c_3 * t339 + t538
+    t543 = t511 * t522 + (t475 * t487 + (m_4_4_n_y + m_4_7_b_z * t448))
+    t548 = 1.0 / (M_4_4 - t67 * t448 - t477 * t487 - t514 * t522)
+    t549 = t533 * t548
+    t550 = t539 * t548
+    t551 = t543 * t548
+    t558 = t468 * t486 + (t443 * t447 + (c_2 * t382 + s_2 * m_3_3_b_x))
+    t560 = t533 * t551 + (t502 * t521 + t558)
+    t565 = t508 * t521 + (t430 - t99 * t447 - t473 * t486) - t539 * t551
+    t569 = t511 * t521 + (t475 * t486 + (t382 + m_4_7_b_z * t447))
+    t571 = 1.0 / (t543 * t551 + t569)
+    t572 = t560 * t571
+    t573 = t565 * t571
+    t577 = c_2 * (t430 + 0.0007689361029464) + t434 - t443 * t446
+    t581 = t502 * t520 + (t577 - t468 * t485) - t533 * t550 - t560 * t573
+    t586 = t508 * t520 + (t473 * t485 + (t99 * t446 + (t416 + t427)))
+    t589 = 1.0 / (t539 * t550 + t586 - t565 * t573)
+    t590 = t581 * t589
+    t592 = c_3 * (t402 - c_3 * t377) + s_3 * (t398 - s_3 * t364)
+    t594 = t592 - c_2 * (c_2 * t416 + s_2 * C_2_xy) - s_2 * (s_2 * t427 + c_2 * C_2_xy)
+    t598 = t594 - t443 * t445 - t468 * t484 - t502 * t519 - t533 * t549
+    t602 = t581 * t590 + (t560 * t572 + t598) + 0.014259565994474366
+    t603 = 1.0 / t602
+    t604 = t590 * t603
+    t605 = -t604
+    t606 = t572 * t603
+    t607 = t573 * t604
+    t608 = t606 - t607
+    t609 = t607 - t606
+    t612 = t551 * t608
+    t613 = t549 * t603 + t550 * t604
+    t614 = t613 - t612
+    t615 = t612 - t613
+    t622 = t522 * t614 + (t519 * t603 - t520 * t604 - t521 * t608)
+    t630 = t487 * t614 + (t484 * t603 + t485 * t604 - t486 * t608)
+    t631 = t488 * t622 + t630
+    t632 = -t631
+    t641 = t448 * t614 + (t445 * t603 + t446 * t604 - t447 * t608)
+    t643 = t450 * t631 + (t641 - t449 * t622)
+    t644 = -t643
+    t645 = t590 * t604
+    t646 = t589 - t645
+    t650 = t572 * t604 + t573 * t646
+    t655 = t549 * t604 - t550 * t646 - t551 * t650
+    t662 = t522 * t655 + (t519 * t604 + t520 * t646 - t521 * t650)
+    t663 = -t662
+    t671 = t487 * t655 + (t484 * t604 - t485 * t646 - t486 * t650)
+    t672 = t488 * t662 + t671
+    t681 = t448 * t655 + (t445 * t604 - t446 * t646 - t447 * t650)
+    t683 = t450 * t672 + (t681 - t449 * t662)
+    t687 = t573 * t650 + (t571 - t572 * t608)
+    t693 = t551 * t687 + (t549 * t608 + t550 * t650)
+    t700 = t522 * t693 + (t521 * t687 + (t519 * t608 - t520 * t650))
+    t701 = -t700
+    t709 = t487 * t693 + (t486 * t687 + (t484 * t608 + t485 * t650))
+    t710 = t488 * t700 + t709
+    t719 = t448 * t693 + (t447 * t687 + (t445 * t608 + t446 * t650))
+    t721 = t450 * t710 + (t719 - t449 * t700)
+    t727 = t550 * t655 + (t548 + t549 * t614) - t551 * t693
+    t734 = t522 * t727 + (t519 * t614 - t520 * t655 - t521 * t693)
+    t735 = -t734
+    t743 = t487 * t727 + (t484 * t614 + t485 * t655 - t486 * t693)
+    t744 = t488 * t734 + t743
+    t753 = t448 * t727 + (t445 * t614 + t446 * t655 - t447 * t693)
+    t755 = t450 * t744 + (t753 - t449 * t734)
+    t763 = t522 * t734 + (t518 + t519 * t622 - t520 * t662 - t521 * t700)
+    t771 = t487 * t734 + (t484 * t622 + t485 * t662 - t486 * t700)
+    t772 = t488 * t763 + t771
+    t773 = -t772
+    t782 = t448 * t734 + (t445 * t622 + t446 * t662 - t447 * t700)
+    t784 = t450 * t772 + (t782 - t449 * t763)
+    t785 = -t784
+    t794 = t487 * t744 + (t485 * t672 + (t483 + t484 * t631) - t486 * t710)
+    t795 = t488 * t772 + t794
+    t804 = t448 * t744 + (t445 * t631 + t446 * t672 - t447 * t710)
+    t806 = t450 * t795 + (t804 - t449 * t772)
+    t815 = t448 * t755 + (t445 * t643 + t446 * t683 - t447 * t721)
+    t818 = 203.68042513969147 + (t450 * t806 + (t815 - t449 * t784))
+    out[0 * S + k] = t603
+    out[1 * S + k] = t605
+    out[2 * S + k] = t609
+    out[3 * S + k] = t615
+    out[4 * S + k] = t622
+    out[5 * S + k] = t632
+    out[6 * S + k] = t644
+    out[7 * S + k] = t605
+    out[8 * S + k] = t645 - t589
+    out[9 * S + k] = t650
+    out[10 * S + k] = t655
+    out[11 * S + k] = t663
+    out[12 * S + k] = t672
+    out[13 * S + k] = t683
+    out[14 * S + k] = t609
+    out[15 * S + k] = t650
+    out[16 * S + k] = -t687
+    out[17 * S + k] = t693
+    out[18 * S + k] = t701
+    out[19 * S + k] = t710
+    out[20 * S + k] = t721
+    out[21 * S + k] = t615
+    out[22 * S + k] = t655
+    out[23 * S + k] = t693
+    out[24 * S + k] = t727
+    out[25 * S + k] = t735
+    out[26 * S + k] = t744
+    out[27 * S + k] = t755
+    out[28 * S + k] = t622
+    out[29 * S + k] = t663
+    out[30 * S + k] = t701
+    out[31 * S + k] = t735
+    out[32 * S + k] = t763
+    out[33 * S + k] = t773
+    out[34 * S + k] = t785
+    out[35 * S + k] = t632
+    out[36 * S + k] = t672
+    out[37 * S + k] = t710
+    out[38 * S + k] = t744
+    out[39 * S + k] = t773
+    out[40 * S + k] = t795
+    out[41 * S + k] = t806
+    out[42 * S + k] = t644
+    out[43 * S + k] = t683
+    out[44 * S + k] = t721
+    out[45 * S + k] = t755
+    out[46 * S + k] = t785
+    out[47 * S + k] = t806
+    out[48 * S + k] = t818
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    out = np.empty(49)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if out.size != 49:
+        raise ValueError("out must have 49 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 56:
+        raise ValueError("mass_matrix_inverse_packed takes 56 numbers: q, result")
+    _mass_matrix_inverse(both[0:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(49):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((49, count))
+    q_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(49):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((7, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    p_joint1_mass = p[7]
+    p_joint1_com_x = p[8]
+    p_joint1_com_y = p[9]
+    p_joint1_inertia_zz = p[12]
+    p_joint2_mass = p[16]
+    p_joint2_com_x = p[17]
+    p_joint2_com_y = p[18]
+    p_joint2_com_z = p[19]
+    p_joint2_inertia_xx = p[20]
+    p_joint2_inertia_yy = p[21]
+    p_joint2_inertia_zz = p[22]
+    p_joint2_inertia_xy = p[23]
+    p_joint2_inertia_xz = p[24]
+    p_joint2_inertia_yz = p[25]
+    p_joint3_mass = p[26]
+    p_joint3_com_x = p[27]
+    p_joint3_com_y = p[28]
+    p_joint3_com_z = p[29]
+    p_joint3_inertia_xx = p[30]
+    p_joint3_inertia_yy = p[31]
+    p_joint3_inertia_zz = p[32]
+    p_joint3_inertia_xy = p[33]
+    p_joint3_inertia_xz = p[34]
+    p_joint3_inertia_yz = p[35]
+    p_joint4_mass = p[36]
+    p_joint4_com_x = p[37]
+    p_joint4_com_y = p[38]
+    p_joint4_com_z = p[39]
+    p_joint4_inertia_xx = p[40]
+    p_joint4_inertia_yy = p[41]
+    p_joint4_inertia_zz = p[42]
+    p_joint4_inertia_xy = p[43]
+    p_joint4_inertia_xz = p[44]
+    p_joint4_inertia_yz = p[45]
+    p_joint5_mass = p[46]
+    p_joint5_com_x = p[47]
+    p_joint5_com_y = p[48]
+    p_joint5_com_z = p[49]
+    p_joint5_inertia_xx = p[50]
+    p_joint5_inertia_yy = p[51]
+    p_joint5_inertia_zz = p[52]
+    p_joint5_inertia_xy = p[53]
+    p_joint5_inertia_xz = p[54]
+    p_joint5_inertia_yz = p[55]
+    p_joint6_mass = p[56]
+    p_joint6_com_x = p[57]
+    p_joint6_com_y = p[58]
+    p_joint6_com_z = p[59]
+    p_joint6_inertia_xx = p[60]
+    p_joint6_inertia_yy = p[61]
+    p_joint6_inertia_zz = p[62]
+    p_joint6_inertia_xy = p[63]
+    p_joint6_inertia_xz = p[64]
+    p_joint6_inertia_yz = p[65]
+    p_joint7_mass = p[66]
+    p_joint7_com_x = p[67]
+    p_joint7_com_y = p[68]
+    p_joint7_com_z = p[69]
+    p_joint7_inertia_xx = p[70]
+    p_joint7_inertia_yy = p[71]
+    p_joint7_inertia_zz = p[72]
+    p_joint7_inertia_xy = p[73]
+    p_joint7_inertia_xz = p[74]
+    p_joint7_inertia_yz = p[75]
+    # link 7 (joint7): base parameters
+    t76 = p_joint7_inertia_yy * 0.5
+    t77 = p_joint7_inertia_zz * 0.5
+    J_7_x1 = p_joint7_mass * p_joint7_com_x
+    t80 = p_joint7_inertia_xx * 0.5
+    t81 = t76 - t80
+    t83 = t81 + (t77 + p_joint7_com_x * J_7_x1)
+    t85 = p_joint7_inertia_xy - p_joint7_com_y * J_7_x1
+    t87 = p_joint7_inertia_xz - p_joint7_com_z * J_7_x1
+    J_7_y1 = p_joint7_mass * p_joint7_com_y
+    J_7_yy = p_joint7_com_y * J_7_y1 + (t77 - t81)
+    t93 = p_joint7_inertia_yz - p_joint7_com_z * J_7_y1
+    J_7_z1 = p_joint7_mass * p_joint7_com_z
+    # link 6 (joint6): base parameters
+    t96 = p_joint6_inertia_yy * 0.5
+    t97 = p_joint7_dh_a * p_joint7_mass
+    t99 = p_joint6_inertia_xx * 0.5
+    t100 = p_joint6_inertia_zz * 0.5
+    t101 = p_joint6_mass * p_joint6_com_x
+    t106 = p_joint6_mass * p_joint6_com_y
+    t108 = t96 - t99
+    t112 = t100 + (p_joint7_com_z * J_7_z1 + (t80 + (t76 - t77)))
+    J_6_yy = p_joint6_com_y * t106 + t112 - t108
+    t116 = J_7_z1 - t106
+    J_6_z1 = p_joint6_mass * p_joint6_com_z
+    # link 5 (joint5): base parameters
+    J_5_x1 = p_joint5_mass * p_joint5_com_x
+    t121 = p_joint5_inertia_yy * 0.5
+    t122 = p_joint5_inertia_xx * 0.5
+    t123 = p_joint5_inertia_zz * 0.5
+    t126 = p_joint5_mass * p_joint5_com_y
+    J_5_z1 = p_joint5_mass * p_joint5_com_z
+    J_5_11 = p_joint7_mass + (p_joint5_mass + p_joint6_mass)
+    # link 4 (joint4): base parameters
+    t133 = p_joint4_mass * p_joint4_com_x
+    t135 = p_joint4_inertia_yy * 0.5
+    t136 = p_joint5_dh_a * J_5_11
+    t138 = p_joint4_inertia_xx * 0.5
+    t142 = p_joint4_mass * p_joint4_com_y
+    t145 = J_5_z1 + p_joint5_dh_d * J_5_11
+    J_4_z1 = p_joint4_mass * p_joint4_com_z
+    J_4_11 = p_joint4_mass + J_5_11
+    # link 3 (joint3): base parameters
+    t150 = p_joint3_inertia_xx * 0.5
+    t151 = p_joint3_inertia_zz * 0.5
+    t152 = p_joint4_dh_a * J_4_11
+    t154 = p_joint3_mass * p_joint3_com_x
+    t158 = p_joint3_mass * p_joint3_com_y
+    J_3_z1 = p_joint3_mass * p_joint3_com_z
+    J_3_11 = p_joint3_mass + J_4_11
+    # link 2 (joint2): base parameters
+    t164 = p_joint2_inertia_zz * 0.5
+    t165 = p_joint2_mass * p_joint2_com_x
+    t167 = p_joint2_inertia_xx * 0.5
+    t168 = p_joint2_inertia_yy * 0.5
+    t172 = p_joint2_mass * p_joint2_com_y
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 7 (joint7): effort when joint 7 is accelerated
+    t189 = t83 + J_7_yy
+    C_7t_y1 = J_7_x1 * s_7 + J_7_y1 * c_7
+    m_7_7_f_y = J_7_x1 * c_7 - J_7_y1 * s_7
+    m_7_7_n_x = t87 * c_7 - t93 * s_7
+    m_7_7_n_y = t93 * c_7 + t87 * s_7
+    t202 = p_joint7_dh_a * m_7_7_f_y
+    t203 = t189 + t202
+    # link 6 (joint6): effort when joint 7 is accelerated
+    t204 = c_6 * C_7t_y1
+    t205 = s_6 * C_7t_y1
+    t208 = s_6 * t203 + c_6 * m_7_7_n_x
+    m_6_7_n_y = s_6 * m_7_7_n_x - c_6 * t203
+    # link 5 (joint5): effort when joint 7 is accelerated
+    t214 = c_5 * t204 - s_5 * m_7_7_f_y
+    t217 = s_5 * t204 + c_5 * m_7_7_f_y
+    t224 = p_joint5_dh_d * t217 + (c_5 * t208 + s_5 * m_7_7_n_y)
+    m_5_7_b_y = m_6_7_n_y - p_joint5_dh_a * t217
+    t230 = p_joint5_dh_d * t214 + (c_5 * m_7_7_n_y - s_5 * t208)
+    m_5_7_b_z = t230 - p_joint5_dh_a * t205
+    # link 4 (joint4): effort when joint 7 is accelerated
+    t234 = c_4 * t214 - s_4 * t205
+    t240 = c_4 * t224 - s_4 * m_5_7_b_y
+    t244 = m_5_7_b_z - p_joint4_dh_a * (c_4 * t205 + s_4 * t214)
+    t247 = s_4 * t224 + c_4 * m_5_7_b_y - p_joint4_dh_a * t217
+    # link 3 (joint3): effort when joint 7 is accelerated
+    m_3_7_f_x = s_3 * t217 - c_3 * t234
+    t260 = p_joint3_dh_d * (c_3 * t217 + s_3 * t234) + (c_3 * t240 + s_3 * t244)
+    t263 = c_3 * t244 - s_3 * t240 - p_joint3_dh_d * m_3_7_f_x
+    # link 7 (joint7): composite body, before its turn
+    t267 = t85 * c_7
+    t268 = J_7_yy * s_7 + t267
+    t271 = t85 * s_7
+    t272 = t83 * c_7 + t271
+    # link 6 (joint6): composite body
+    t283 = p_joint6_com_x * t101 + (p_joint7_dh_a * t97 + t100)
+    C_6_xx = t108 + (c_7 * t272 + (s_7 * t268 + (t283 + t202 * 2.0)))
+    t291 = p_joint7_dh_a * J_7_z1 + (p_joint6_inertia_xy - p_joint6_com_y * t101)
+    t292 = t291 - m_7_7_n_x
+    t295 = p_joint6_inertia_xz - p_joint6_com_z * t101 - s_7 * t272
+    t297 = c_7 * t268 + t295 - p_joint7_dh_a * C_7t_y1
+    C_6_x1 = m_7_7_f_y + (t97 + t101)
+    t301 = p_joint6_inertia_yz - p_joint6_com_z * t106 - m_7_7_n_y
+    # link 6 (joint6): effort when joint 6 is accelerated
+    M_6_6 = J_6_yy + C_6_xx
+    m_6_6_f_x = t116 * c_6 - s_6 * C_6_x1
+    m_6_6_f_y = t116 * s_6 + c_6 * C_6_x1
+    t311 = s_6 * t301 - c_6 * t297
+    t314 = s_6 * t297 + c_6 * t301
+    # link 5 (joint5): effort when joint 6 is accelerated
+    m_5_6_f_x = c_5 * m_6_6_f_x
+    m_5_6_f_y = s_5 * m_6_6_f_x
+    m_5_6_b_x = s_5 * M_6_6 - c_5 * t311 - p_joint5_dh_d * m_5_6_f_y
+    m_5_6_b_y = t314 + p_joint5_dh_a * m_5_6_f_y
+    t329 = p_joint5_dh_a * m_6_6_f_y + (c_5 * M_6_6 + s_5 * t311)
+    m_5_6_b_z = t329 - p_joint5_dh_d * m_5_6_f_x
+    # link 4 (joint4): effort when joint 6 is accelerated
+    t333 = s_4 * m_6_6_f_y - c_4 * m_5_6_f_x
+    m_4_6_f_y = s_4 * m_5_6_f_x + c_4 * m_6_6_f_y
+    t339 = s_4 * m_5_6_b_y - c_4 * m_5_6_b_x
+    t343 = m_5_6_b_z + p_joint4_dh_a * m_4_6_f_y
+    m_4_6_b_z = p_joint4_dh_a * m_5_6_f_y + (s_4 * m_5_6_b_x + c_4 * m_5_6_b_y)
+    # link 3 (joint3): effort when joint 6 is accelerated
+    m_3_6_f_y = c_3 * m_5_6_f_y - s_3 * t333
+    m_3_6_b_x = s_3 * t343 - c_3 * t339 - p_joint3_dh_d * m_3_6_f_y
+    # link 6 (joint6): composite body, before its turn
+    t364 = s_6 * t292
+    t365 = c_6 * C_6_xx + t364
+    t368 = c_6 * t292
+    t369 = J_6_yy * s_6 + t368
+    # link 5 (joint5): composite body
+    t379 = t121 - t122
+    t382 = s_6 * t369 + (c_6 * t365 + (p_joint5_com_x * J_5_x1 + t123))
+    C_5_xx = t379 + t382
+    t385 = t311 + (p_joint5_inertia_xy - p_joint5_com_y * J_5_x1)
+    t387 = c_6 * t369 + (p_joint5_inertia_xz - p_joint5_com_z * J_5_x1)
+    t388 = t387 - s_6 * t365
+    C_5_x1 = J_5_x1 + m_6_6_f_y
+    t393 = t123 + (p_joint6_com_z * J_6_z1 + (t96 + t99 - t100))
+    t395 = p_joint5_com_y * t126 + t393 - s_7 * (t267 - t83 * s_7)
+    C_5_yy = t395 - c_7 * (t271 - J_7_yy * c_7) - t379
+    t399 = p_joint5_inertia_yz - p_joint5_com_z * t126 - t314
+    t401 = C_7t_y1 + (J_6_z1 - t126)
+    # link 5 (joint5): effort when joint 5 is accelerated
+    M_5_5 = C_5_xx + C_5_yy
+    m_5_5_f_x = c_5 * t401 - s_5 * C_5_x1
+    m_5_5_f_y = s_5 * t401 + c_5 * C_5_x1
+    t414 = p_joint5_dh_d * m_5_5_f_y
+    t415 = c_5 * t388 - s_5 * t399
+    m_5_5_b_x = t415 - t414
+    t418 = p_joint5_dh_a * m_5_5_f_y
+    m_5_5_b_y = M_5_5 + t418
+    t421 = s_5 * t388 + c_5 * t399 + p_joint5_dh_d * m_5_5_f_x
+    # link 4 (joint4): effort when joint 5 is accelerated
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_n_x = c_4 * m_5_5_b_x - s_4 * m_5_5_b_y
+    m_4_5_b_y = t421 - m_5_5_f_x * (p_joint4_dh_a * s_4)
+    m_4_5_b_z = p_joint4_dh_a * m_5_5_f_y + (c_4 * m_5_5_b_y + s_4 * m_5_5_b_x)
+    # link 3 (joint3): effort when joint 5 is accelerated
+    m_3_5_f_x = c_3 * m_4_5_f_x - s_3 * m_5_5_f_y
+    m_3_5_f_y = s_3 * m_4_5_f_x + c_3 * m_5_5_f_y
+    t446 = p_joint3_dh_d * m_3_5_f_y + (s_3 * m_4_5_b_y - c_3 * m_4_5_n_x)
+    # link 5 (joint5): composite body, before its turn
+    t451 = c_5 * t385
+    t452 = s_5 * C_5_yy + t451
+    t454 = s_5 * t385
+    t456 = t454 + c_5 * C_5_xx
+    # link 4 (joint4): composite body
+    t466 = p_joint4_inertia_zz * 0.5
+    t467 = t135 - t138
+    t470 = p_joint4_com_x * t133 + p_joint5_dh_a * t136 + 2.0 * t418
+    C_4_xx = t467 + (t466 + (c_5 * t456 + (s_5 * t452 + t470)))
+    t478 = p_joint4_inertia_xy - p_joint5_dh_d * t136 - p_joint4_com_y * t133
+    t480 = t478 - p_joint5_dh_a * (J_5_z1 - m_6_6_f_x) - (t414 - t415)
+    t483 = s_5 * t456 + (p_joint4_inertia_xz - p_joint4_com_z * t133)
+    t485 = t483 - c_5 * t452 - p_joint5_dh_a * m_5_5_f_x
+    C_4_x1 = m_5_5_f_y + (t133 + t136)
+    t495 = p_joint4_com_y * t142 + (p_joint5_com_z * J_5_z1 + (t121 + t122 - t123))
+    t497 = t495 - c_6 * (t364 - J_6_yy * c_6) - s_6 * (t368 - s_6 * C_6_xx)
+    t499 = p_joint5_dh_d * (J_5_z1 + t145 - 2.0 * m_6_6_f_x) + (t466 + t497)
+    C_4_yy = t499 - t467
+    t502 = p_joint4_inertia_yz - p_joint4_com_z * t142 - t421
+    C_4_y1 = t142 + t145 - m_6_6_f_x
+    # link 4 (joint4): effort when joint 4 is accelerated
+    M_4_4 = C_4_xx + C_4_yy
+    C_4t_y1 = s_4 * C_4_x1 + c_4 * C_4_y1
+    m_4_4_f_y = c_4 * C_4_x1 - s_4 * C_4_y1
+    t514 = s_4 * t502 - c_4 * t485
+    m_4_4_n_y = c_4 * t502 + s_4 * t485
+    t518 = p_joint4_dh_a * m_4_4_f_y
+    # link 3 (joint3): effort when joint 4 is accelerated
+    t523 = p_joint3_dh_d * C_4t_y1 + (M_4_4 + t518)
+    # link 4 (joint4): composite body, before its turn
+    t529 = s_4 * t480
+    t530 = c_4 * C_4_xx + t529
+    t533 = c_4 * t480
+    t534 = s_4 * C_4_yy + t533
+    # link 3 (joint3): composite body
+    t544 = t150 - t151
+    t545 = p_joint3_inertia_yy * 0.5
+    t548 = p_joint4_dh_a * t152 + p_joint3_com_x * t154 + 2.0 * t518
+    t552 = t545 + (s_4 * t534 + (c_4 * t530 + t548) - t544)
+    t553 = J_4_z1 + m_5_5_f_x
+    t556 = t514 + (p_joint3_inertia_xy - p_joint3_com_y * t154)
+    t557 = p_joint4_dh_a * t553 + t556
+    t560 = p_joint3_inertia_xz - p_joint3_com_z * t154 - s_4 * t530
+    t562 = c_4 * t534 + t560 - p_joint4_dh_a * C_4t_y1
+    C_3_x1 = m_4_4_f_y + (t152 + t154)
+    t568 = t151 + (t150 + (p_joint4_com_z * J_4_z1 + (t135 + t138)))
+    t570 = p_joint3_com_y * t158 + t568 - s_5 * (t451 - s_5 * C_5_xx)
+    t573 = t570 - c_5 * (t454 - c_5 * C_5_yy) - t466 - t545
+    t575 = p_joint3_inertia_yz - p_joint3_com_z * t158 - m_4_4_n_y
+    t576 = t553 - t158
+    # link 3 (joint3): effort when joint 3 is accelerated
+    t577 = t552 + t573
+    m_3_3_f_x = c_3 * t576 - s_3 * C_3_x1
+    m_3_3_f_y = s_3 * t576 + c_3 * C_3_x1
+    t589 = p_joint3_dh_d * m_3_3_f_y
+    t590 = c_3 * t562 - s_3 * t575
+    m_3_3_b_x = t590 - t589
+    # link 3 (joint3): composite body, before its turn
+    t596 = c_3 * t557
+    t598 = t596 + s_3 * t573
+    t600 = s_3 * t557
+    t602 = t600 + c_3 * t552
+    # link 2 (joint2): composite body
+    t612 = t164 - t167
+    t615 = c_3 * t602 + (s_3 * t598 + (p_joint2_com_x * t165 + t168))
+    C_2_xx = t612 + t615
+    t618 = t589 - t590 + (p_joint2_inertia_xy - p_joint2_com_y * t165)
+    t620 = p_joint2_inertia_xz - p_joint2_com_z * t165 - s_3 * t602
+    t625 = p_joint3_dh_d * J_3_11 + J_3_z1 * 2.0 + 2.0 * C_4t_y1
+    t630 = p_joint2_com_y * t172 + (t167 + (p_joint3_com_z * J_3_z1 + t164) - t168)
+    t632 = t630 - c_4 * (t529 - c_4 * C_4_yy) - s_4 * (t533 - s_4 * C_4_xx)
+    C_2_yy = p_joint3_dh_d * t625 + (t545 + (t544 + t632))
+    t636 = c_3 * t575 + s_3 * t562 + p_joint3_dh_d * m_3_3_f_x
+    # link 2 (joint2): effort when joint 2 is accelerated
+    t639 = c_2 * (p_joint2_inertia_yz - p_joint2_com_z * t172 - t636)
+    # inertia of the arm and of effects
+    t649 = s_2 * t260 - c_2 * t247
+    # solve: L D L^T
+    t651 = 1.0 / t189
+    t652 = t649 * t651
+    t653 = t263 * t651
+    t654 = t247 * t651
+    t655 = m_5_7_b_z * t651
+    t656 = m_6_7_n_y * t651
+    t657 = m_7_7_n_y * t651
+    t675 = t649 * t657 + (c_2 * m_4_6_b_z - s_2 * m_3_6_b_x)
+    t678 = p_joint3_dh_d * (s_3 * m_5_6_f_y + c_3 * t333) + (c_3 * t343 + s_3 * t339)
+    t679 = t678 - t263 * t657
+    t681 = m_4_6_b_z - t247 * t657
+    t683 = m_5_6_b_z - m_5_7_b_z * t657
+    t685 = t314 - m_6_7_n_y * t657
+    t688 = 1.0 / (M_6_6 - m_7_7_n_y * t657)
+    t689 = t675 * t688
+    t690 = t679 * t688
+    t691 = t681 * t688
+    t692 = t683 * t688
+    t693 = t685 * t688
+    t707 = t649 * t656 + (s_2 * t446 + c_2 * m_4_5_b_z) - t675 * t693
+    t710 = p_joint3_dh_d * m_3_5_f_x + (s_3 * m_4_5_n_x + c_3 * m_4_5_b_y)
+    t712 = t679 * t693 + (t263 * t656 + t710)
+    t715 = m_4_5_b_z - t247 * t656 - t681 * t693
+    t718 = t683 * t693 + (t421 + m_5_7_b_z * t656)
+    t722 = 1.0 / (M_5_5 - m_6_7_n_y * t656 - t685 * t693)
+    t723 = t707 * t722
+    t724 = t712 * t722
+    t725 = t715 * t722
+    t726 = t718 * t722
+    t735 = t649 * t655 + (c_2 * m_4_4_n_y + s_2 * (c_3 * t514 - s_3 * t523))
+    t737 = t707 * t726 + (t735 - t675 * t692)
+    t742 = s_3 * t514 - t263 * t655 - t679 * t692 - t712 * t726
+    t743 = c_3 * t523 + t742
+    t747 = t715 * t726 + (m_4_4_n_y - t247 * t655 - t681 * t692)
+    t751 = M_4_4 - m_5_7_b_z * t655 - t683 * t692 - t718 * t726
+    t752 = 1.0 / t751
+    t753 = t737 * t752
+    t754 = t743 * t752
+    t755 = t747 * t752
+    t762 = t649 * t654 + (c_2 * t577 - s_2 * m_3_3_b_x) - t675 * t691
+    t764 = t762 - t707 * t725 - t737 * t755
+    t768 = t743 * t755 + (t263 * t654 + t679 * t691 - t712 * t725)
+    t769 = t636 + t768
+    t774 = t577 - t247 * t654 - t681 * t691 - t715 * t725 - t747 * t755
+    t775 = 1.0 / t774
+    t776 = t764 * t775
+    t777 = t769 * t775
+    t782 = t649 * t653 + (t639 + s_2 * (c_3 * t598 + t620)) - t675 * t690
+    t785 = t764 * t777 + (t707 * t724 + t782 - t737 * t754)
+    t790 = C_2_xx + C_2_yy - t263 * t653 - t679 * t690 - t712 * t724
+    t793 = 1.0 / (t790 - t743 * t754 - t769 * t777)
+    t794 = t785 * t793
+    t798 = p_joint1_com_x * p_joint1_com_x + p_joint1_com_y * p_joint1_com_y
+    t801 = p_joint2_mass * (p_joint2_com_z * p_joint2_com_z) + (p_joint1_inertia_zz + t168)
+    t803 = t801 - c_3 * (t600 - c_3 * t573) - s_3 * (t596 - s_3 * t552)
+    t805 = s_2 * (s_2 * C_2_yy + c_2 * t618) + (c_2 * (c_2 * C_2_xx + s_2 * t618) + t803)
+    t809 = t805 - t649 * t652 - t675 * t689 - t707 * t723 - t737 * t753
+    t812 = p_joint1_mass * t798 + (t809 - t764 * t776 - t785 * t794)
+    t814 = 1.0 / (t812 - t612)
+    t815 = t794 * t814
+    t818 = t776 * t814 + t777 * t815
+    t819 = -t818
+    t824 = t755 * t818 - (t753 * t814 - t754 * t815)
+    t828 = t726 * t824
+    t830 = t723 * t814 + t724 * t815 - t725 * t818
+    t831 = t830 - t828
+    t832 = t828 - t830
+    t840 = t692 * t824 + (t689 * t814 - t690 * t815 - t691 * t818)
+    t841 = t693 * t831 - t840
+    t850 = t654 * t818 + (t652 * t814 + t653 * t815) - t655 * t824
+    t852 = t656 * t831 + t850 - t657 * t841
+    t854 = t793 + t794 * t815
+    t857 = t776 * t815 + t777 * t854
+    t858 = -t857
+    t863 = t755 * t857 - (t753 * t815 - t754 * t854)
+    t867 = t726 * t863
+    t869 = t723 * t815 + t724 * t854 - t725 * t857
+    t870 = t869 - t867
+    t871 = t867 - t869
+    t879 = t692 * t863 + (t689 * t815 - t690 * t854 - t691 * t857)
+    t880 = t693 * t870 - t879
+    t889 = t654 * t857 + (t652 * t815 + t653 * t854) - t655 * t863
+    t891 = t656 * t870 + t889 - t657 * t880
+    t895 = t777 * t857 + (t775 + t776 * t818)
+    t898 = t755 * t895
+    t899 = t753 * t818 - t754 * t857
+    t900 = t898 - t899
+    t901 = t899 - t898
+    t908 = t723 * t818 + t724 * t857 - t725 * t895 - t726 * t900
+    t913 = t693 * t908
+    t916 = t692 * t900 + (t689 * t818 - t690 * t857 - t691 * t895)
+    t917 = t913 - t916
+    t918 = t916 - t913
+    t927 = t654 * t895 + (t652 * t818 + t653 * t857) - t655 * t900
+    t929 = t657 * t917 - (t656 * t908 + t927)
+    t935 = t755 * t900 + (t754 * t863 + (t752 - t753 * t824))
+    t939 = t726 * t935
+    t941 = t723 * t824 + t724 * t863 - t725 * t900
+    t942 = t941 - t939
+    t943 = t939 - t941
+    t951 = t692 * t935 + (t689 * t824 - t690 * t863 - t691 * t900)
+    t952 = t693 * t942 - t951
+    t958 = t657 * t952
+    t961 = t654 * t900 + (t652 * t824 + t653 * t863) - t655 * t935
+    t962 = t656 * t942 + t961
+    t964 = t962 - t958
+    t972 = t724 * t870 + (t722 + t723 * t831) - t725 * t908 - t726 * t942
+    t980 = t692 * t942 + (t689 * t831 - t690 * t870 - t691 * t908)
+    t981 = t980 - t693 * t972
+    t990 = t654 * t908 + (t652 * t831 + t653 * t870) - t655 * t942
+    t992 = t657 * t981 + (t656 * t972 + t990)
+    t993 = -t992
+    t1002 = t691 * t917 + (t690 * t880 + (t688 - t689 * t841)) - t692 * t952
+    t1003 = t1002 - t693 * t981
+    t1012 = t654 * t917 + (t652 * t841 + t653 * t880) - t655 * t952
+    t1014 = t1012 - t656 * t981 - t657 * t1003
+    t1024 = t655 * (t958 - t962) + (t653 * t891 + (t651 + t652 * t852) - t654 * t929)
+    out[0 * S + k] = t814
+    out[1 * S + k] = t815
+    out[2 * S + k] = t819
+    out[3 * S + k] = t824
+    out[4 * S + k] = t832
+    out[5 * S + k] = t841
+    out[6 * S + k] = t852
+    out[7 * S + k] = t815
+    out[8 * S + k] = t854
+    out[9 * S + k] = t858
+    out[10 * S + k] = t863
+    out[11 * S + k] = t871
+    out[12 * S + k] = t880
+    out[13 * S + k] = t891
+    out[14 * S + k] = t819
+    out[15 * S + k] = t858
+    out[16 * S + k] = t895
+    out[17 * S + k] = t901
+    out[18 * S + k] = t908
+    out[19 * S + k] = t918
+    out[20 * S + k] = t929
+    out[21 * S + k] = t824
+    out[22 * S + k] = t863
+    out[23 * S + k] = t901
+    out[24 * S + k] = t935
+    out[25 * S + k] = t943
+    out[26 * S + k] = t952
+    out[27 * S + k] = t964
+    out[28 * S + k] = t832
+    out[29 * S + k] = t871
+    out[30 * S + k] = t908
+    out[31 * S + k] = t943
+    out[32 * S + k] = t972
+    out[33 * S + k] = t981
+    out[34 * S + k] = t993
+    out[35 * S + k] = t841
+    out[36 * S + k] = t880
+    out[37 * S + k] = t918
+    out[38 * S + k] = t952
+    out[39 * S + k] = t981
+    out[40 * S + k] = t1003
+    out[41 * S + k] = t1014
+    out[42 * S + k] = t852
+    out[43 * S + k] = t891
+    out[44 * S + k] = t929
+    out[45 * S + k] = t964
+    out[46 * S + k] = t993
+    out[47 * S + k] = t1014
+    out[48 * S + k] = t656 * t992 + t1024 - t657 * t1014
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(49)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 49:
+        raise ValueError("out must have 49 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 132:
+        raise ValueError("mass_matrix_inverse_p_packed takes 132 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:7], both[7:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(49):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((49, count))
+    q_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(49):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((7, 7, count))
 
 
@@ -3760,6 +4862,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 21:
+        raise ValueError("bias_force_packed takes 21 numbers: q, qd, result")
+    _bias_force(both[0:7], both[7:14], both[14:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -3800,7 +4910,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3821,16 +4931,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4308,6 +5421,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 97:
+        raise ValueError("bias_force_p_packed takes 97 numbers: q, qd, p, result")
+    _bias_force_p(both[0:7], both[7:14], both[14:90], both[90:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -4352,7 +5473,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4375,16 +5496,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4525,6 +5649,14 @@ def gravity_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("gravity_packed takes 14 numbers: q, result")
+    _gravity(both[0:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
     q_ = np.zeros(224)
     block = np.empty(224)
@@ -4558,7 +5690,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 7 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4576,13 +5708,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4747,6 +5881,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("gravity_p_packed takes 90 numbers: q, p, result")
+    _gravity_p(both[0:7], both[7:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(224)
     block = np.empty(224)
@@ -4784,7 +5926,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4804,13 +5946,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5006,6 +6150,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("energy_packed takes 16 numbers: q, qd, result")
+    _energy(both[0:7], both[7:14], both[14:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -5046,7 +6198,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5067,16 +6219,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5404,6 +6559,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 92:
+        raise ValueError("energy_p_packed takes 92 numbers: q, qd, p, result")
+    _energy_p(both[0:7], both[7:14], both[14:90], both[90:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -5448,7 +6611,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5471,16 +6634,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5527,6 +6693,14 @@ def actuation_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 28:
+        raise ValueError("actuation_packed takes 28 numbers: x, u, result")
+    _actuation(both[0:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -5567,7 +6741,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 7 columns")
     count = x.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5588,16 +6762,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5648,6 +6825,14 @@ def actuation_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 104:
+        raise ValueError("actuation_p_packed takes 104 numbers: x, u, p, result")
+    _actuation_p(both[0:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -5692,7 +6877,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 76 entries")
     count = x.shape[0]
     out = np.empty((count, 7))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5715,16 +6900,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(7):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -6303,6 +7491,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 35:
+        raise ValueError("state_derivative_packed takes 35 numbers: x, u, result")
+    _state_derivative(both[0:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -6343,7 +7539,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 7 columns")
     count = x.shape[0]
     out = np.empty((count, 14))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -6364,16 +7560,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(14):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -7100,6 +8299,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 111:
+        raise ValueError("state_derivative_p_packed takes 111 numbers: x, u, p, result")
+    _state_derivative_p(both[0:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -7144,7 +8351,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 76 entries")
     count = x.shape[0]
     out = np.empty((count, 14))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -7167,16 +8374,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(14):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -9328,6 +10538,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 119:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 119 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:7], both[7:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -9375,7 +10593,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 98))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 14))
@@ -9399,19 +10617,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(98):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 14, count))
 
 
@@ -11522,6 +12744,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 195:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 195 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:7], both[7:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -11573,7 +12803,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 98))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 14))
@@ -11599,19 +12829,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(98):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 14, count))
 
 
@@ -14463,6 +15697,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 119:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 119 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:7], both[7:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -14510,7 +15752,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 98))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 14))
@@ -14534,19 +15776,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(98):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 14, count))
 
 
@@ -17321,6 +18567,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 195:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 195 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:7], both[7:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -17372,7 +18626,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 98))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 14))
@@ -17398,19 +18652,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(98):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 14, count))
 
 
@@ -20356,6 +21614,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 217:
+        raise ValueError("state_derivative_state_jacobian_packed takes 217 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -20396,7 +21662,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 7 columns")
     count = x.shape[0]
     out = np.empty((count, 196))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 14, 14))
@@ -20417,16 +21683,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(196):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((14, 14, count))
 
 
@@ -23294,6 +24563,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 293:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 293 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -23338,7 +24615,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 76 entries")
     count = x.shape[0]
     out = np.empty((count, 196))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 14, 14))
@@ -23361,16 +24638,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(196):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((14, 14, count))
 
 
@@ -23811,6 +25091,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 119:
+        raise ValueError("state_derivative_input_jacobian_packed takes 119 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -23851,7 +25139,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 7 columns")
     count = x.shape[0]
     out = np.empty((count, 98))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 14, 7))
@@ -23872,16 +25160,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(98):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((14, 7, count))
 
 
@@ -24483,6 +25774,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 195:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 195 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -24527,7 +25826,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 76 entries")
     count = x.shape[0]
     out = np.empty((count, 98))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 14, 7))
@@ -24550,16 +25849,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(98):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((14, 7, count))
 
 
@@ -26362,6 +27664,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 553:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 553 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:7], both[7:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -26409,7 +27719,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 7 columns")
     count = q.shape[0]
     out = np.empty((count, 532))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 76))
@@ -26433,19 +27743,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(532):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 76, count))
 
 
@@ -28398,6 +29712,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 629:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 629 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:7], both[7:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(224)
     qd_ = np.zeros(224)
@@ -28449,7 +29771,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 76 entries")
     count = q.shape[0]
     out = np.empty((count, 532))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 7, 76))
@@ -28475,19 +29797,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(7):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(7):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(7):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(532):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((7, 76, count))
 
 
@@ -32217,6 +33543,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 1085:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 1085 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:14], both[14:21], both[21:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -32257,7 +33591,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 7 columns")
     count = x.shape[0]
     out = np.empty((count, 1064))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 14, 76))
@@ -32278,16 +33612,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(1064):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((14, 76, count))
 
 
@@ -36216,6 +37553,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 1161:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 1161 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:14], both[14:21], both[21:97], both[97:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(448)
     u_ = np.zeros(224)
@@ -36260,7 +37605,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 76 entries")
     count = x.shape[0]
     out = np.empty((count, 1064))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 14, 76))
@@ -36283,14 +37628,3979 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(14):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(7):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(1064):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((14, 76, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 2 (joint2): orientation
+    R_2_11 = c_1 * c_2
+    t23 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t25 = s_1 * s_2
+    # link 3 (joint3): orientation
+    t28 = s_1 * s_3 - c_3 * R_2_11
+    t31 = s_1 * c_3 + s_3 * R_2_11
+    R_3_21 = c_1 * s_3 + c_3 * R_2_21
+    R_3_22 = c_1 * c_3 - s_3 * R_2_21
+    t38 = s_2 * c_3
+    R_3_32 = s_2 * s_3
+    # link 4 (joint4): orientation
+    R_4_11 = s_4 * t23 - c_4 * t28
+    R_4_12 = s_4 * t28 + c_4 * t23
+    R_4_21 = s_4 * t25 + c_4 * R_3_21
+    t51 = s_4 * R_3_21 - c_4 * t25
+    R_4_31 = c_2 * s_4 - c_4 * t38
+    R_4_32 = c_2 * c_4 + s_4 * t38
+    # link 5 (joint5): orientation
+    t60 = s_5 * t31 - c_5 * R_4_11
+    t63 = c_5 * t31 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 + s_5 * R_3_22
+    R_5_22 = c_5 * R_3_22 - s_5 * R_4_21
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    t75 = s_5 * R_4_31 - c_5 * R_3_32
+    # link 6 (joint6): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t60
+    R_6_21 = c_6 * R_5_21 - s_6 * t51
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    # link 7 (joint7): origin of its joint
+    x_7_x = t23 * 0.316 + R_4_12 * 0.384 + R_6_11 * 0.088 - (t28 + R_4_11) * 0.0825
+    x_7_y = t25 * 0.316 - t51 * 0.384 + R_6_21 * 0.088 + 0.0825 * (R_3_21 - R_4_21)
+    t118 = c_2 * 0.316 + R_4_32 * 0.384 + R_6_31 * 0.088 - 0.0825 * (t38 + R_4_31)
+    x_7_z = t118 + 0.333
+    # link 7 (joint7): orientation
+    R_7_11 = c_7 * R_6_11 + s_7 * t63
+    R_7_12 = c_7 * t63 - s_7 * R_6_11
+    R_7_21 = c_7 * R_6_21 - s_7 * R_5_22
+    R_7_22 = -(s_7 * R_6_21 + c_7 * R_5_22)
+    R_7_31 = s_7 * t75 + c_7 * R_6_31
+    R_7_32 = c_7 * t75 - s_7 * R_6_31
+    out[0 * S + k] = R_7_11
+    out[1 * S + k] = R_7_12
+    out[2 * S + k] = -(c_6 * R_4_12 + s_6 * t60)
+    out[3 * S + k] = x_7_x
+    out[4 * S + k] = R_7_21
+    out[5 * S + k] = R_7_22
+    out[6 * S + k] = s_6 * R_5_21 + c_6 * t51
+    out[7 * S + k] = x_7_y
+    out[8 * S + k] = R_7_31
+    out[9 * S + k] = R_7_32
+    out[10 * S + k] = s_6 * R_5_31 - c_6 * R_4_32
+    out[11 * S + k] = x_7_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 23:
+        raise ValueError("forward_kinematics_packed takes 23 numbers: q, result")
+    _forward_kinematics(both[0:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(224)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    p_joint1_dh_d = p[1]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 2 (joint2): orientation
+    R_2_11 = c_1 * c_2
+    t29 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t31 = s_1 * s_2
+    # link 3 (joint3): orientation
+    t37 = s_1 * s_3 - c_3 * R_2_11
+    t40 = s_1 * c_3 + s_3 * R_2_11
+    R_3_21 = c_1 * s_3 + c_3 * R_2_21
+    R_3_22 = c_1 * c_3 - s_3 * R_2_21
+    t47 = s_2 * c_3
+    R_3_32 = s_2 * s_3
+    # link 4 (joint4): orientation
+    R_4_11 = s_4 * t29 - c_4 * t37
+    R_4_12 = s_4 * t37 + c_4 * t29
+    R_4_21 = s_4 * t31 + c_4 * R_3_21
+    t63 = s_4 * R_3_21 - c_4 * t31
+    R_4_31 = c_2 * s_4 - c_4 * t47
+    R_4_32 = c_2 * c_4 + s_4 * t47
+    # link 5 (joint5): orientation
+    t78 = s_5 * t40 - c_5 * R_4_11
+    t81 = c_5 * t40 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 + s_5 * R_3_22
+    R_5_22 = c_5 * R_3_22 - s_5 * R_4_21
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    t93 = s_5 * R_4_31 - c_5 * R_3_32
+    # link 6 (joint6): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t78
+    R_6_21 = c_6 * R_5_21 - s_6 * t63
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    # link 7 (joint7): origin of its joint
+    t111 = p_joint5_dh_a * R_4_11 + (p_joint3_dh_d * t29 - p_joint4_dh_a * t37)
+    x_7_x = p_joint7_dh_a * R_6_11 + (p_joint5_dh_d * R_4_12 + t111)
+    t116 = p_joint3_dh_d * t31 + p_joint4_dh_a * R_3_21 - p_joint5_dh_d * t63
+    x_7_y = p_joint7_dh_a * R_6_21 + (p_joint5_dh_a * R_4_21 + t116)
+    t121 = p_joint1_dh_d + p_joint3_dh_d * c_2 - p_joint4_dh_a * t47
+    t123 = p_joint5_dh_a * R_4_31 + (p_joint5_dh_d * R_4_32 + t121)
+    x_7_z = p_joint7_dh_a * R_6_31 + t123
+    # link 7 (joint7): orientation
+    R_7_11 = c_7 * R_6_11 + s_7 * t81
+    R_7_12 = c_7 * t81 - s_7 * R_6_11
+    R_7_21 = c_7 * R_6_21 - s_7 * R_5_22
+    R_7_22 = -(s_7 * R_6_21 + c_7 * R_5_22)
+    R_7_31 = s_7 * t93 + c_7 * R_6_31
+    R_7_32 = c_7 * t93 - s_7 * R_6_31
+    out[0 * S + k] = R_7_11
+    out[1 * S + k] = R_7_12
+    out[2 * S + k] = -(c_6 * R_4_12 + s_6 * t78)
+    out[3 * S + k] = x_7_x
+    out[4 * S + k] = R_7_21
+    out[5 * S + k] = R_7_22
+    out[6 * S + k] = s_6 * R_5_21 + c_6 * t63
+    out[7 * S + k] = x_7_y
+    out[8 * S + k] = R_7_31
+    out[9 * S + k] = R_7_32
+    out[10 * S + k] = s_6 * R_5_31 - c_6 * R_4_32
+    out[11 * S + k] = x_7_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 99:
+        raise ValueError("forward_kinematics_p_packed takes 99 numbers: q, p, result")
+    _forward_kinematics_p(both[0:7], both[7:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(224)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (joint2): orientation
+    R_2_11 = c_1 * c_2
+    t20 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t22 = s_1 * s_2
+    # link 3 (joint3): origin of its joint
+    x_3_z = c_2 * 0.316 + 0.333
+    # link 3 (joint3): orientation
+    t29 = s_1 * s_3 - c_3 * R_2_11
+    t32 = s_1 * c_3 + s_3 * R_2_11
+    R_3_21 = c_1 * s_3 + c_3 * R_2_21
+    t36 = c_1 * c_3
+    t37 = s_3 * R_2_21
+    R_3_22 = t36 - t37
+    t39 = s_2 * c_3
+    R_3_32 = s_2 * s_3
+    # link 4 (joint4): origin of its joint
+    t41 = t20 * 0.316
+    t44 = t29 * 0.0825 - t41
+    t45 = t22 * 0.316
+    x_4_y = t45 + R_3_21 * 0.0825
+    x_4_z = x_3_z - t39 * 0.0825
+    # link 4 (joint4): orientation
+    R_4_11 = s_4 * t20 - c_4 * t29
+    R_4_12 = s_4 * t29 + c_4 * t20
+    R_4_21 = s_4 * t22 + c_4 * R_3_21
+    t59 = s_4 * R_3_21
+    t60 = c_4 * t22
+    t61 = t59 - t60
+    R_4_22 = t60 - t59
+    R_4_31 = c_2 * s_4 - c_4 * t39
+    R_4_32 = c_2 * c_4 + s_4 * t39
+    # link 5 (joint5): orientation
+    t71 = s_5 * t32 - c_5 * R_4_11
+    t74 = c_5 * t32 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 + s_5 * R_3_22
+    t78 = c_5 * R_3_22
+    t79 = s_5 * R_4_21
+    R_5_22 = t78 - t79
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    t86 = s_5 * R_4_31 - c_5 * R_3_32
+    # link 6 (joint6): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t71
+    R_6_21 = c_6 * R_5_21 - s_6 * t61
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    # link 7 (joint7): origin of its joint
+    r_5_x = R_6_11 * 0.088
+    t108 = t44 + 0.0825 * R_4_11 - R_4_12 * 0.384
+    t109 = t108 - r_5_x
+    x_7_x = r_5_x - t108
+    r_5_y = R_6_21 * 0.088
+    x_7_y = r_5_y + (x_4_y - 0.0825 * R_4_21 - t61 * 0.384)
+    r_5_z = R_6_31 * 0.088
+    x_7_z = r_5_z + (x_4_z - 0.0825 * R_4_31 + R_4_32 * 0.384)
+    # joint 1: lever arm of the tool
+    r_1_z = x_7_z - 0.333
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = c_1 * t109 - s_1 * x_7_y
+    # joint 3: lever arm of the tool
+    t129 = t41 + t109
+    t130 = t45 - x_7_y
+    t131 = x_3_z - x_7_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_2 * t130 - t22 * t131
+    j_3_y = t20 * t131 - c_2 * t129
+    j_3_z = t22 * t129 - t20 * t130
+    # joint 4: lever arm of the tool
+    t141 = t44 - t109
+    t142 = x_4_y - x_7_y
+    t143 = x_4_z - x_7_z
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = R_3_22 * t143 - R_3_32 * t142
+    j_4_y = t32 * t143 - R_3_32 * t141
+    j_4_z = R_3_22 * t141 - t32 * t142
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = -(R_4_32 * r_5_y + t61 * r_5_z)
+    j_5_y = R_4_32 * r_5_x - R_4_12 * r_5_z
+    j_5_z = R_4_12 * r_5_y + t61 * r_5_x
+    # joint 6: velocity of the tool for unit speed
+    j_6_x = -(t86 * r_5_y + R_5_22 * r_5_z)
+    j_6_y = t86 * r_5_x - t74 * r_5_z
+    j_6_z = R_5_22 * r_5_x + t74 * r_5_y
+    out[0 * S + k] = -x_7_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = j_4_x
+    out[4 * S + k] = j_5_x
+    out[5 * S + k] = j_6_x
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = x_7_x
+    out[8 * S + k] = j_2_y
+    out[9 * S + k] = j_3_y
+    out[10 * S + k] = j_4_y
+    out[11 * S + k] = j_5_y
+    out[12 * S + k] = j_6_y
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = j_2_z
+    out[16 * S + k] = j_3_z
+    out[17 * S + k] = j_4_z
+    out[18 * S + k] = j_5_z
+    out[19 * S + k] = j_6_z
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = -s_1
+    out[23 * S + k] = t20
+    out[24 * S + k] = t32
+    out[25 * S + k] = R_4_12
+    out[26 * S + k] = t74
+    out[27 * S + k] = -(c_6 * R_4_12 + s_6 * t71)
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = c_1
+    out[30 * S + k] = t22
+    out[31 * S + k] = t37 - t36
+    out[32 * S + k] = R_4_22
+    out[33 * S + k] = t79 - t78
+    out[34 * S + k] = s_6 * R_5_21 + c_6 * t61
+    out[35 * S + k] = 1.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = c_2
+    out[38 * S + k] = -R_3_32
+    out[39 * S + k] = R_4_32
+    out[40 * S + k] = t86
+    out[41 * S + k] = s_6 * R_5_31 - c_6 * R_4_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    out = np.empty(42)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if out.size != 42:
+        raise ValueError("out must have 42 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 49:
+        raise ValueError("jacobian_packed takes 49 numbers: q, result")
+    _jacobian(both[0:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(42):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((42, count))
+    q_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(42):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_joint1_dh_d = p[1]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (joint2): orientation
+    R_2_11 = c_1 * c_2
+    t26 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t28 = s_1 * s_2
+    # link 3 (joint3): origin of its joint
+    t29 = p_joint3_dh_d * t26
+    t30 = p_joint3_dh_d * t28
+    x_3_z = p_joint1_dh_d + p_joint3_dh_d * c_2
+    # link 3 (joint3): orientation
+    t35 = s_1 * s_3 - c_3 * R_2_11
+    t38 = s_1 * c_3 + s_3 * R_2_11
+    R_3_21 = c_1 * s_3 + c_3 * R_2_21
+    t42 = c_1 * c_3
+    t43 = s_3 * R_2_21
+    R_3_22 = t42 - t43
+    t45 = s_2 * c_3
+    R_3_32 = s_2 * s_3
+    # link 4 (joint4): origin of its joint
+    x_4_x = t29 - p_joint4_dh_a * t35
+    x_4_y = t30 + p_joint4_dh_a * R_3_21
+    x_4_z = x_3_z - p_joint4_dh_a * t45
+    # link 4 (joint4): orientation
+    R_4_11 = s_4 * t26 - c_4 * t35
+    R_4_12 = s_4 * t35 + c_4 * t26
+    R_4_21 = s_4 * t28 + c_4 * R_3_21
+    t62 = s_4 * R_3_21
+    t63 = c_4 * t28
+    t64 = t62 - t63
+    R_4_22 = t63 - t62
+    R_4_31 = c_2 * s_4 - c_4 * t45
+    R_4_32 = c_2 * c_4 + s_4 * t45
+    # link 5 (joint5): orientation
+    t80 = s_5 * t38 - c_5 * R_4_11
+    t83 = c_5 * t38 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 + s_5 * R_3_22
+    t87 = c_5 * R_3_22
+    t88 = s_5 * R_4_21
+    R_5_22 = t87 - t88
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    t95 = s_5 * R_4_31 - c_5 * R_3_32
+    # link 6 (joint6): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t80
+    R_6_21 = c_6 * R_5_21 - s_6 * t64
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    # link 7 (joint7): origin of its joint
+    r_5_x = p_joint7_dh_a * R_6_11
+    t113 = p_joint5_dh_d * R_4_12 + (x_4_x + p_joint5_dh_a * R_4_11)
+    x_7_x = r_5_x + t113
+    r_5_y = p_joint7_dh_a * R_6_21
+    t117 = p_joint5_dh_a * R_4_21 + (x_4_y - p_joint5_dh_d * t64)
+    x_7_y = r_5_y + t117
+    r_5_z = p_joint7_dh_a * R_6_31
+    t121 = p_joint5_dh_a * R_4_31 + (x_4_z + p_joint5_dh_d * R_4_32)
+    x_7_z = r_5_z + t121
+    # joint 1: lever arm of the tool
+    t123 = p_joint1_dh_d - x_7_z
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = -(c_1 * t123)
+    j_2_y = -(s_1 * t123)
+    j_2_z = -(s_1 * x_7_y + c_1 * x_7_x)
+    # joint 3: lever arm of the tool
+    t132 = t29 - x_7_x
+    t133 = t30 - x_7_y
+    t134 = x_3_z - x_7_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_2 * t133 - t28 * t134
+    j_3_y = t26 * t134 - c_2 * t132
+    j_3_z = t28 * t132 - t26 * t133
+    # joint 4: lever arm of the tool
+    t144 = x_4_x - x_7_x
+    t145 = x_4_y - x_7_y
+    t146 = x_4_z - x_7_z
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = R_3_22 * t146 - R_3_32 * t145
+    j_4_y = R_3_32 * t144 + t38 * t146
+    j_4_z = -(R_3_22 * t144 + t38 * t145)
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = -(R_4_32 * r_5_y + t64 * r_5_z)
+    j_5_y = R_4_32 * r_5_x - R_4_12 * r_5_z
+    j_5_z = R_4_12 * r_5_y + t64 * r_5_x
+    # joint 6: velocity of the tool for unit speed
+    j_6_x = -(t95 * r_5_y + R_5_22 * r_5_z)
+    j_6_y = t95 * r_5_x - t83 * r_5_z
+    j_6_z = R_5_22 * r_5_x + t83 * r_5_y
+    out[0 * S + k] = -x_7_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = j_4_x
+    out[4 * S + k] = j_5_x
+    out[5 * S + k] = j_6_x
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = x_7_x
+    out[8 * S + k] = j_2_y
+    out[9 * S + k] = j_3_y
+    out[10 * S + k] = j_4_y
+    out[11 * S + k] = j_5_y
+    out[12 * S + k] = j_6_y
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = j_2_z
+    out[16 * S + k] = j_3_z
+    out[17 * S + k] = j_4_z
+    out[18 * S + k] = j_5_z
+    out[19 * S + k] = j_6_z
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = -s_1
+    out[23 * S + k] = t26
+    out[24 * S + k] = t38
+    out[25 * S + k] = R_4_12
+    out[26 * S + k] = t83
+    out[27 * S + k] = -(c_6 * R_4_12 + s_6 * t80)
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = c_1
+    out[30 * S + k] = t28
+    out[31 * S + k] = t43 - t42
+    out[32 * S + k] = R_4_22
+    out[33 * S + k] = t88 - t87
+    out[34 * S + k] = s_6 * R_5_21 + c_6 * t64
+    out[35 * S + k] = 1.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = c_2
+    out[38 * S + k] = -R_3_32
+    out[39 * S + k] = R_4_32
+    out[40 * S + k] = t95
+    out[41 * S + k] = s_6 * R_5_31 - c_6 * R_4_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(42)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 42:
+        raise ValueError("out must have 42 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 125:
+        raise ValueError("jacobian_p_packed takes 125 numbers: q, p, result")
+    _jacobian_p(both[0:7], both[7:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(42):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((42, count))
+    q_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(42):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (joint2): orientation
+    R_2_11 = c_1 * c_2
+    t25 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t27 = s_1 * s_2
+    # link 3 (joint3): origin of its joint
+    x_3_z = c_2 * 0.316 + 0.333
+    # link 3 (joint3): orientation
+    t34 = s_1 * s_3 - c_3 * R_2_11
+    t37 = s_1 * c_3 + s_3 * R_2_11
+    R_3_21 = c_1 * s_3 + c_3 * R_2_21
+    R_3_22 = c_1 * c_3 - s_3 * R_2_21
+    t44 = s_2 * c_3
+    R_3_32 = s_2 * s_3
+    # link 4 (joint4): origin of its joint
+    t46 = t25 * 0.316
+    t49 = t34 * 0.0825 - t46
+    t50 = t27 * 0.316
+    x_4_y = t50 + R_3_21 * 0.0825
+    x_4_z = x_3_z - t44 * 0.0825
+    # link 4 (joint4): orientation
+    R_4_11 = s_4 * t25 - c_4 * t34
+    R_4_12 = s_4 * t34 + c_4 * t25
+    R_4_21 = s_4 * t27 + c_4 * R_3_21
+    t66 = s_4 * R_3_21 - c_4 * t27
+    R_4_31 = c_2 * s_4 - c_4 * t44
+    R_4_32 = c_2 * c_4 + s_4 * t44
+    # link 5 (joint5): orientation
+    t75 = s_5 * t37 - c_5 * R_4_11
+    t78 = c_5 * t37 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 + s_5 * R_3_22
+    R_5_22 = c_5 * R_3_22 - s_5 * R_4_21
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    t90 = s_5 * R_4_31 - c_5 * R_3_32
+    # link 6 (joint6): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t75
+    R_6_12 = c_6 * R_4_12 + s_6 * t75
+    R_6_21 = c_6 * R_5_21 - s_6 * t66
+    t102 = s_6 * R_5_21 + c_6 * t66
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    t108 = s_6 * R_5_31 - c_6 * R_4_32
+    # link 7 (joint7): origin of its joint
+    r_5_x = R_6_11 * 0.088
+    t116 = t49 + 0.0825 * R_4_11 - R_4_12 * 0.384 - r_5_x
+    r_5_y = R_6_21 * 0.088
+    x_7_y = r_5_y + (x_4_y - 0.0825 * R_4_21 - t66 * 0.384)
+    r_5_z = R_6_31 * 0.088
+    x_7_z = r_5_z + (x_4_z - 0.0825 * R_4_31 + R_4_32 * 0.384)
+    # joint 1: lever arm of the tool
+    r_1_z = x_7_z - 0.333
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    # joint 3: lever arm of the tool
+    t135 = t46 + t116
+    t136 = t50 - x_7_y
+    t137 = x_3_z - x_7_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_2 * t136 - t27 * t137
+    t143 = c_2 * t135 - t25 * t137
+    t146 = t25 * t136 - t27 * t135
+    # joint 4: lever arm of the tool
+    t147 = t49 - t116
+    t148 = x_4_y - x_7_y
+    t149 = x_4_z - x_7_z
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = R_3_22 * t149 - R_3_32 * t148
+    t155 = R_3_32 * t147 - t37 * t149
+    t158 = R_3_22 * t147 - t37 * t148
+    # joint 5: velocity of the tool for unit speed
+    t161 = R_4_32 * r_5_y + t66 * r_5_z
+    j_5_y = R_4_32 * r_5_x - R_4_12 * r_5_z
+    j_5_z = R_4_12 * r_5_y + t66 * r_5_x
+    # joint 6: velocity of the tool for unit speed
+    t170 = t90 * r_5_y + R_5_22 * r_5_z
+    j_6_y = t90 * r_5_x - t78 * r_5_z
+    j_6_z = R_5_22 * r_5_x + t78 * r_5_y
+    # joint 6: velocity of the tool from here on
+    t177 = qd_6 * t170
+    u_6_y = qd_6 * j_6_y
+    u_6_z = qd_6 * j_6_z
+    # joint 5: velocity of the tool from here on
+    t181 = t177 + qd_5 * t161
+    u_5_y = u_6_y + qd_5 * j_5_y
+    u_5_z = u_6_z + qd_5 * j_5_z
+    # joint 4: velocity of the tool from here on
+    t187 = t181 - qd_4 * j_4_x
+    u_4_y = u_5_y - qd_4 * t155
+    u_4_z = u_5_z + qd_4 * t158
+    # joint 3: velocity of the tool from here on
+    t193 = t187 - qd_3 * j_3_x
+    u_3_y = u_4_y - qd_3 * t143
+    u_3_z = u_4_z - qd_3 * t146
+    # joint 2: velocity of the tool from here on
+    t199 = t193 - qd_2 * j_2_x
+    u_2_y = u_3_y + qd_2 * j_2_y
+    u_2_z = u_3_z - qd_2 * (s_1 * x_7_y - c_1 * t116)
+    # joint 1: velocity of the tool from here on
+    u_1_x = -(t199 + qd_1 * x_7_y)
+    # joint 2: rate of its axis
+    zd_2_x = -(qd_1 * c_1)
+    zd_2_y = -(qd_1 * s_1)
+    # link 2: angular velocity
+    t212 = qd_2 * s_1
+    omega_2_y = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_x = c_2 * omega_2_y - qd_1 * t27
+    zd_3_y = c_2 * t212 + qd_1 * t25
+    zd_3_z = -(t27 * t212 + t25 * omega_2_y)
+    # link 3: angular velocity
+    t225 = t212 - qd_3 * t25
+    omega_3_y = omega_2_y + qd_3 * t27
+    omega_3_z = qd_1 + qd_3 * c_2
+    # joint 4: rate of its axis
+    zd_4_x = R_3_22 * omega_3_z - R_3_32 * omega_3_y
+    zd_4_y = t37 * omega_3_z - R_3_32 * t225
+    zd_4_z = R_3_22 * t225 - t37 * omega_3_y
+    # link 4: angular velocity
+    t240 = t225 - qd_4 * t37
+    omega_4_y = omega_3_y - qd_4 * R_3_22
+    omega_4_z = omega_3_z - qd_4 * R_3_32
+    # joint 5: rate of its axis
+    zd_5_x = R_4_32 * omega_4_y + t66 * omega_4_z
+    zd_5_y = R_4_12 * omega_4_z + R_4_32 * t240
+    zd_5_z = t66 * t240 - R_4_12 * omega_4_y
+    # link 5: angular velocity
+    t255 = t240 - qd_5 * R_4_12
+    omega_5_y = omega_4_y - qd_5 * t66
+    omega_5_z = omega_4_z + qd_5 * R_4_32
+    # joint 6: rate of its axis
+    zd_6_x = t90 * omega_5_y + R_5_22 * omega_5_z
+    zd_6_y = t90 * t255 + t78 * omega_5_z
+    zd_6_z = R_5_22 * t255 - t78 * omega_5_y
+    # link 6: angular velocity
+    t270 = t255 - qd_6 * t78
+    omega_6_y = omega_5_y - qd_6 * R_5_22
+    omega_6_z = omega_5_z + qd_6 * t90
+    # joint 7: rate of its axis
+    zd_7_x = t108 * omega_6_y - t102 * omega_6_z
+    zd_7_y = t108 * t270 - R_6_12 * omega_6_z
+    zd_7_z = R_6_12 * omega_6_y - t102 * t270
+    t294 = qd_1 * t143 + (t27 * u_3_z - c_2 * u_3_y) - t146 * omega_2_y
+    t300 = R_3_32 * u_4_y + (t155 * omega_3_z - R_3_22 * u_4_z)
+    t308 = j_5_z * omega_4_y - R_4_32 * u_5_y - t66 * u_5_z - j_5_y * omega_4_z
+    t315 = j_6_z * omega_5_y - R_5_22 * u_6_z - t90 * u_6_y - j_6_y * omega_5_z
+    t326 = qd_1 * j_3_x - c_2 * t193 - t146 * t212 - t25 * u_3_z
+    t333 = R_3_32 * t187 + (j_4_x * omega_3_z + t158 * t225 - t37 * u_4_z)
+    t340 = j_5_z * t240 - R_4_32 * t181 - R_4_12 * u_5_z - t161 * omega_4_z
+    t347 = j_6_z * t255 - t78 * u_6_z - t90 * t177 - t170 * omega_5_z
+    t357 = t25 * u_3_y + (t143 * t212 + (t27 * t193 - j_3_x * omega_2_y))
+    t364 = t155 * t225 + (t37 * u_4_y - R_3_22 * t187 - j_4_x * omega_3_y)
+    t371 = R_4_12 * u_5_y + (t161 * omega_4_y - j_5_y * t240) - t66 * t181
+    t378 = t78 * u_6_y + (t170 * omega_5_y - R_5_22 * t177) - j_6_y * t255
+    out[0 * S + k] = qd_1 * t116 - u_2_y
+    out[1 * S + k] = c_1 * u_2_z - qd_1 * j_2_y
+    out[2 * S + k] = t294
+    out[3 * S + k] = t158 * omega_3_y + t300
+    out[4 * S + k] = t308
+    out[5 * S + k] = t315
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = u_1_x
+    out[8 * S + k] = qd_1 * j_2_x + s_1 * u_2_z
+    out[9 * S + k] = t326
+    out[10 * S + k] = t333
+    out[11 * S + k] = t340
+    out[12 * S + k] = t347
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = c_1 * t199 - s_1 * u_2_y
+    out[16 * S + k] = t357
+    out[17 * S + k] = t364
+    out[18 * S + k] = t371
+    out[19 * S + k] = t378
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = zd_2_x
+    out[23 * S + k] = zd_3_x
+    out[24 * S + k] = zd_4_x
+    out[25 * S + k] = zd_5_x
+    out[26 * S + k] = zd_6_x
+    out[27 * S + k] = zd_7_x
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = zd_2_y
+    out[30 * S + k] = zd_3_y
+    out[31 * S + k] = zd_4_y
+    out[32 * S + k] = zd_5_y
+    out[33 * S + k] = zd_6_y
+    out[34 * S + k] = zd_7_y
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = zd_3_z
+    out[38 * S + k] = zd_4_z
+    out[39 * S + k] = zd_5_z
+    out[40 * S + k] = zd_6_z
+    out[41 * S + k] = zd_7_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    out = np.empty(42)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    if out.size != 42:
+        raise ValueError("out must have 42 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 56:
+        raise ValueError("jacobian_rate_packed takes 56 numbers: q, qd, result")
+    _jacobian_rate(both[0:7], both[7:14], both[14:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(7):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(42):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if qd.shape[0] != 7 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 7 rows")
+    count = q.shape[1]
+    out = np.empty((42, count))
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(7):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(42):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    p_joint1_dh_d = p[1]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (joint2): orientation
+    R_2_11 = c_1 * c_2
+    t31 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t33 = s_1 * s_2
+    # link 3 (joint3): origin of its joint
+    t34 = p_joint3_dh_d * t31
+    t35 = p_joint3_dh_d * t33
+    x_3_z = p_joint1_dh_d + p_joint3_dh_d * c_2
+    # link 3 (joint3): orientation
+    t40 = s_1 * s_3 - c_3 * R_2_11
+    t43 = s_1 * c_3 + s_3 * R_2_11
+    R_3_21 = c_1 * s_3 + c_3 * R_2_21
+    R_3_22 = c_1 * c_3 - s_3 * R_2_21
+    t50 = s_2 * c_3
+    R_3_32 = s_2 * s_3
+    # link 4 (joint4): origin of its joint
+    x_4_x = t34 - p_joint4_dh_a * t40
+    x_4_y = t35 + p_joint4_dh_a * R_3_21
+    x_4_z = x_3_z - p_joint4_dh_a * t50
+    # link 4 (joint4): orientation
+    R_4_11 = s_4 * t31 - c_4 * t40
+    R_4_12 = s_4 * t40 + c_4 * t31
+    R_4_21 = s_4 * t33 + c_4 * R_3_21
+    t69 = s_4 * R_3_21 - c_4 * t33
+    R_4_31 = c_2 * s_4 - c_4 * t50
+    R_4_32 = c_2 * c_4 + s_4 * t50
+    # link 5 (joint5): orientation
+    t84 = s_5 * t43 - c_5 * R_4_11
+    t87 = c_5 * t43 + s_5 * R_4_11
+    R_5_21 = c_5 * R_4_21 + s_5 * R_3_22
+    R_5_22 = c_5 * R_3_22 - s_5 * R_4_21
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    t99 = s_5 * R_4_31 - c_5 * R_3_32
+    # link 6 (joint6): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t84
+    R_6_12 = c_6 * R_4_12 + s_6 * t84
+    R_6_21 = c_6 * R_5_21 - s_6 * t69
+    t111 = s_6 * R_5_21 + c_6 * t69
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    t117 = s_6 * R_5_31 - c_6 * R_4_32
+    # link 7 (joint7): origin of its joint
+    r_5_x = p_joint7_dh_a * R_6_11
+    t120 = p_joint5_dh_d * R_4_12 + (x_4_x + p_joint5_dh_a * R_4_11)
+    x_7_x = r_5_x + t120
+    r_5_y = p_joint7_dh_a * R_6_21
+    t124 = p_joint5_dh_a * R_4_21 + (x_4_y - p_joint5_dh_d * t69)
+    x_7_y = r_5_y + t124
+    r_5_z = p_joint7_dh_a * R_6_31
+    t128 = p_joint5_dh_a * R_4_31 + (x_4_z + p_joint5_dh_d * R_4_32)
+    x_7_z = r_5_z + t128
+    # joint 1: lever arm of the tool
+    t130 = p_joint1_dh_d - x_7_z
+    # joint 2: velocity of the tool for unit speed
+    t131 = c_1 * t130
+    t132 = s_1 * t130
+    # joint 3: lever arm of the tool
+    t136 = t34 - x_7_x
+    t137 = t35 - x_7_y
+    t138 = x_3_z - x_7_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_2 * t137 - t33 * t138
+    t144 = c_2 * t136 - t31 * t138
+    t147 = t31 * t137 - t33 * t136
+    # joint 4: lever arm of the tool
+    t148 = x_4_x - x_7_x
+    t149 = x_4_y - x_7_y
+    t150 = x_4_z - x_7_z
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = R_3_22 * t150 - R_3_32 * t149
+    j_4_y = R_3_32 * t148 + t43 * t150
+    t159 = R_3_22 * t148 + t43 * t149
+    # joint 5: velocity of the tool for unit speed
+    t162 = R_4_32 * r_5_y + t69 * r_5_z
+    j_5_y = R_4_32 * r_5_x - R_4_12 * r_5_z
+    j_5_z = R_4_12 * r_5_y + t69 * r_5_x
+    # joint 6: velocity of the tool for unit speed
+    t171 = t99 * r_5_y + R_5_22 * r_5_z
+    j_6_y = t99 * r_5_x - t87 * r_5_z
+    j_6_z = R_5_22 * r_5_x + t87 * r_5_y
+    # joint 6: velocity of the tool from here on
+    t178 = qd_6 * t171
+    u_6_y = qd_6 * j_6_y
+    u_6_z = qd_6 * j_6_z
+    # joint 5: velocity of the tool from here on
+    t182 = t178 + qd_5 * t162
+    u_5_y = u_6_y + qd_5 * j_5_y
+    u_5_z = u_6_z + qd_5 * j_5_z
+    # joint 4: velocity of the tool from here on
+    t188 = t182 - qd_4 * j_4_x
+    u_4_y = u_5_y + qd_4 * j_4_y
+    u_4_z = u_5_z - qd_4 * t159
+    # joint 3: velocity of the tool from here on
+    t194 = t188 - qd_3 * j_3_x
+    u_3_y = u_4_y - qd_3 * t144
+    u_3_z = u_4_z - qd_3 * t147
+    # joint 2: velocity of the tool from here on
+    t200 = t194 + qd_2 * t131
+    u_2_y = u_3_y - qd_2 * t132
+    u_2_z = u_3_z - qd_2 * (s_1 * x_7_y + c_1 * x_7_x)
+    # joint 1: velocity of the tool from here on
+    u_1_x = -(t200 + qd_1 * x_7_y)
+    # joint 2: rate of its axis
+    zd_2_x = -(qd_1 * c_1)
+    zd_2_y = -(qd_1 * s_1)
+    # link 2: angular velocity
+    t213 = qd_2 * s_1
+    omega_2_y = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_x = c_2 * omega_2_y - qd_1 * t33
+    zd_3_y = c_2 * t213 + qd_1 * t31
+    zd_3_z = -(t33 * t213 + t31 * omega_2_y)
+    # link 3: angular velocity
+    t226 = t213 - qd_3 * t31
+    omega_3_y = omega_2_y + qd_3 * t33
+    omega_3_z = qd_1 + qd_3 * c_2
+    # joint 4: rate of its axis
+    zd_4_x = R_3_22 * omega_3_z - R_3_32 * omega_3_y
+    zd_4_y = t43 * omega_3_z - R_3_32 * t226
+    zd_4_z = R_3_22 * t226 - t43 * omega_3_y
+    # link 4: angular velocity
+    t241 = t226 - qd_4 * t43
+    omega_4_y = omega_3_y - qd_4 * R_3_22
+    omega_4_z = omega_3_z - qd_4 * R_3_32
+    # joint 5: rate of its axis
+    zd_5_x = R_4_32 * omega_4_y + t69 * omega_4_z
+    zd_5_y = R_4_12 * omega_4_z + R_4_32 * t241
+    zd_5_z = t69 * t241 - R_4_12 * omega_4_y
+    # link 5: angular velocity
+    t256 = t241 - qd_5 * R_4_12
+    omega_5_y = omega_4_y - qd_5 * t69
+    omega_5_z = omega_4_z + qd_5 * R_4_32
+    # joint 6: rate of its axis
+    zd_6_x = t99 * omega_5_y + R_5_22 * omega_5_z
+    zd_6_y = t99 * t256 + t87 * omega_5_z
+    zd_6_z = R_5_22 * t256 - t87 * omega_5_y
+    # link 6: angular velocity
+    t271 = t256 - qd_6 * t87
+    omega_6_y = omega_5_y - qd_6 * R_5_22
+    omega_6_z = omega_5_z + qd_6 * t99
+    # joint 7: rate of its axis
+    zd_7_x = t117 * omega_6_y - t111 * omega_6_z
+    zd_7_y = t117 * t271 - R_6_12 * omega_6_z
+    zd_7_z = R_6_12 * omega_6_y - t111 * t271
+    t296 = qd_1 * t144 + (t33 * u_3_z - c_2 * u_3_y) - t147 * omega_2_y
+    t302 = R_3_32 * u_4_y - R_3_22 * u_4_z - j_4_y * omega_3_z
+    t310 = j_5_z * omega_4_y - R_4_32 * u_5_y - t69 * u_5_z - j_5_y * omega_4_z
+    t317 = j_6_z * omega_5_y - R_5_22 * u_6_z - t99 * u_6_y - j_6_y * omega_5_z
+    t328 = qd_1 * j_3_x - c_2 * t194 - t147 * t213 - t31 * u_3_z
+    t335 = R_3_32 * t188 + (j_4_x * omega_3_z - t159 * t226 - t43 * u_4_z)
+    t342 = j_5_z * t241 - R_4_32 * t182 - R_4_12 * u_5_z - t162 * omega_4_z
+    t349 = j_6_z * t256 - t87 * u_6_z - t99 * t178 - t171 * omega_5_z
+    t359 = t31 * u_3_y + (t144 * t213 + (t33 * t194 - j_3_x * omega_2_y))
+    t366 = t43 * u_4_y - R_3_22 * t188 - j_4_x * omega_3_y - j_4_y * t226
+    t373 = R_4_12 * u_5_y + (t162 * omega_4_y - j_5_y * t241) - t69 * t182
+    t380 = t87 * u_6_y + (t171 * omega_5_y - R_5_22 * t178) - j_6_y * t256
+    out[0 * S + k] = -(u_2_y + qd_1 * x_7_x)
+    out[1 * S + k] = qd_1 * t132 + c_1 * u_2_z
+    out[2 * S + k] = t296
+    out[3 * S + k] = t302 - t159 * omega_3_y
+    out[4 * S + k] = t310
+    out[5 * S + k] = t317
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = u_1_x
+    out[8 * S + k] = s_1 * u_2_z - qd_1 * t131
+    out[9 * S + k] = t328
+    out[10 * S + k] = t335
+    out[11 * S + k] = t342
+    out[12 * S + k] = t349
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = c_1 * t200 - s_1 * u_2_y
+    out[16 * S + k] = t359
+    out[17 * S + k] = t366
+    out[18 * S + k] = t373
+    out[19 * S + k] = t380
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = zd_2_x
+    out[23 * S + k] = zd_3_x
+    out[24 * S + k] = zd_4_x
+    out[25 * S + k] = zd_5_x
+    out[26 * S + k] = zd_6_x
+    out[27 * S + k] = zd_7_x
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = zd_2_y
+    out[30 * S + k] = zd_3_y
+    out[31 * S + k] = zd_4_y
+    out[32 * S + k] = zd_5_y
+    out[33 * S + k] = zd_6_y
+    out[34 * S + k] = zd_7_y
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = zd_3_z
+    out[38 * S + k] = zd_4_z
+    out[39 * S + k] = zd_5_z
+    out[40 * S + k] = zd_6_z
+    out[41 * S + k] = zd_7_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(42)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 42:
+        raise ValueError("out must have 42 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 132:
+        raise ValueError("jacobian_rate_p_packed takes 132 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:7], both[7:14], both[14:90], both[90:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(7):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(42):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 42))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if qd.shape[0] != 7 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 7 rows")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((42, count))
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1344)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(7):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(42):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 6 (joint6): all from here on: first moment
+    h_6_x = c_7 * 0.007735484874 + s_7 * 0.0031274395439999996 + 0.16496755269500002
+    # link 5 (joint5): all from here on: first moment
+    h_5_x = c_6 * h_6_x + s_6 * 0.068832705569 - 0.014653732538
+    h_5_y = c_7 * 0.0031274395439999996 - s_7 * 0.007735484874 + 0.067870631425
+    # link 4 (joint4): all from here on: first moment
+    h_4_x = c_5 * h_5_x - s_5 * h_5_y - 0.49008027465000004
+    t50 = c_6 * 0.068832705569 - s_6 * h_6_x - 1.720683553603
+    # link 3 (joint3): all from here on: first moment
+    h_3_x = s_4 * t50 + c_4 * h_4_x + 0.684157959872
+    h_3_y = s_5 * h_5_x + c_5 * h_5_y + 0.028227094878000014
+    # link 2 (joint2): all from here on: first moment
+    t67 = s_3 * h_3_y - c_3 * h_3_x + 0.002031994566
+    h_2_y = c_4 * t50 - s_4 * h_4_x - 3.1043400435119994
+    # link 1 (joint1): all from here on: first moment
+    t77 = c_2 * t67 + s_2 * h_2_y - 0.0192614005
+    h_1_y = c_3 * h_3_y + s_3 * h_3_x + 0.012604999774000002
+    # link 1 (joint1): all from here on: first moment, in frame 0
+    h_1b_z = s_2 * t67 - c_2 * h_2_y + 5.348689955999999
+    out[0 * S + k] = (c_1 * t77 + s_1 * h_1_y) * -0.06225823570619393
+    out[1 * S + k] = -0.06225823570619393 * (s_1 * t77 - c_1 * h_1_y)
+    out[2 * S + k] = h_1b_z * 0.06225823570619393
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("center_of_mass_packed takes 10 numbers: q, result")
+    _center_of_mass(both[0:7], both[7:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(224)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    p_joint1_dh_d = p[1]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    p_joint1_mass = p[7]
+    p_joint1_com_x = p[8]
+    p_joint1_com_y = p[9]
+    p_joint2_mass = p[16]
+    p_joint2_com_x = p[17]
+    p_joint2_com_y = p[18]
+    p_joint2_com_z = p[19]
+    p_joint3_mass = p[26]
+    p_joint3_com_x = p[27]
+    p_joint3_com_y = p[28]
+    p_joint3_com_z = p[29]
+    p_joint4_mass = p[36]
+    p_joint4_com_x = p[37]
+    p_joint4_com_y = p[38]
+    p_joint4_com_z = p[39]
+    p_joint5_mass = p[46]
+    p_joint5_com_x = p[47]
+    p_joint5_com_y = p[48]
+    p_joint5_com_z = p[49]
+    p_joint6_mass = p[56]
+    p_joint6_com_x = p[57]
+    p_joint6_com_y = p[58]
+    p_joint6_com_z = p[59]
+    p_joint7_mass = p[66]
+    p_joint7_com_x = p[67]
+    p_joint7_com_y = p[68]
+    p_joint7_com_z = p[69]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 7 (joint7): all from here on: first moment
+    h_7_x = p_joint7_mass * p_joint7_com_x
+    h_7_y = p_joint7_mass * p_joint7_com_y
+    h_7_z = p_joint7_mass * p_joint7_com_z
+    # link 7 (joint7): all from here on: first moment, before its turn
+    h_7t_x = c_7 * h_7_x - s_7 * h_7_y
+    h_7t_y = c_7 * h_7_y + s_7 * h_7_x
+    # link 7 (joint7): all from here on: first moment, in frame 6
+    h_7b_x = h_7t_x + p_joint7_dh_a * p_joint7_mass
+    # link 6 (joint6): all from here on: mass
+    m_6 = p_joint6_mass + p_joint7_mass
+    # link 6 (joint6): all from here on: first moment
+    h_6_x = h_7b_x + p_joint6_mass * p_joint6_com_x
+    h_6_y = p_joint6_mass * p_joint6_com_y - h_7_z
+    h_6_z = h_7t_y + p_joint6_mass * p_joint6_com_z
+    # link 6 (joint6): all from here on: first moment, before its turn
+    h_6t_x = c_6 * h_6_x - s_6 * h_6_y
+    h_6t_y = s_6 * h_6_x + c_6 * h_6_y
+    # link 5 (joint5): all from here on: mass
+    m_5 = p_joint5_mass + m_6
+    # link 5 (joint5): all from here on: first moment
+    h_5_x = h_6t_x + p_joint5_mass * p_joint5_com_x
+    h_5_y = p_joint5_mass * p_joint5_com_y - h_6_z
+    h_5_z = h_6t_y + p_joint5_mass * p_joint5_com_z
+    # link 5 (joint5): all from here on: first moment, before its turn
+    h_5t_x = c_5 * h_5_x - s_5 * h_5_y
+    h_5t_y = s_5 * h_5_x + c_5 * h_5_y
+    # link 5 (joint5): all from here on: first moment, in frame 4
+    h_5b_x = h_5t_x + p_joint5_dh_a * m_5
+    h_5b_y = h_5_z + p_joint5_dh_d * m_5
+    # link 4 (joint4): all from here on: mass
+    m_4 = p_joint4_mass + m_5
+    # link 4 (joint4): all from here on: first moment
+    h_4_x = h_5b_x + p_joint4_mass * p_joint4_com_x
+    h_4_y = h_5b_y + p_joint4_mass * p_joint4_com_y
+    h_4_z = p_joint4_mass * p_joint4_com_z - h_5t_y
+    # link 4 (joint4): all from here on: first moment, before its turn
+    h_4t_x = c_4 * h_4_x - s_4 * h_4_y
+    h_4t_y = c_4 * h_4_y + s_4 * h_4_x
+    # link 4 (joint4): all from here on: first moment, in frame 3
+    h_4b_x = h_4t_x + p_joint4_dh_a * m_4
+    # link 3 (joint3): all from here on: mass
+    m_3 = p_joint3_mass + m_4
+    # link 3 (joint3): all from here on: first moment
+    h_3_x = h_4b_x + p_joint3_mass * p_joint3_com_x
+    h_3_y = p_joint3_mass * p_joint3_com_y - h_4_z
+    h_3_z = h_4t_y + p_joint3_mass * p_joint3_com_z
+    # link 3 (joint3): all from here on: first moment, before its turn
+    h_3t_x = c_3 * h_3_x - s_3 * h_3_y
+    h_3t_y = c_3 * h_3_y + s_3 * h_3_x
+    # link 2 (joint2): all from here on: mass
+    m_2 = p_joint2_mass + m_3
+    # link 2 (joint2): all from here on: first moment
+    h_2_x = h_3t_x + p_joint2_mass * p_joint2_com_x
+    h_2_y = p_joint2_mass * p_joint2_com_y - (h_3_z + p_joint3_dh_d * m_3)
+    h_2_z = h_3t_y + p_joint2_mass * p_joint2_com_z
+    # link 2 (joint2): all from here on: first moment, before its turn
+    h_2t_x = c_2 * h_2_x - s_2 * h_2_y
+    h_2t_y = s_2 * h_2_x + c_2 * h_2_y
+    # link 1 (joint1): all from here on: mass
+    m_1 = p_joint1_mass + m_2
+    # link 1 (joint1): all from here on: first moment
+    h_1_x = h_2t_x + p_joint1_mass * p_joint1_com_x
+    h_1_y = h_2_z + p_joint1_mass * p_joint1_com_y
+    # link 1 (joint1): all from here on: first moment, before its turn
+    h_1t_x = c_1 * h_1_x - s_1 * h_1_y
+    h_1t_y = s_1 * h_1_x + c_1 * h_1_y
+    # link 1 (joint1): all from here on: first moment, in frame 0
+    h_1b_z = p_joint1_dh_d * m_1 - h_2t_y
+    t152 = 1.0 / m_1
+    out[0 * S + k] = h_1t_x * t152
+    out[1 * S + k] = h_1t_y * t152
+    out[2 * S + k] = h_1b_z * t152
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 86:
+        raise ValueError("center_of_mass_p_packed takes 86 numbers: q, p, result")
+    _center_of_mass_p(both[0:7], both[7:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(224)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(224)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    qd_7 = qd[6 * S + k]
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 2 (joint2): angular velocity
+    t25 = qd_1 * s_2
+    t26 = qd_1 * c_2
+    # link 3 (joint3): velocity, before its turn
+    v_3t_x = qd_2 * 0.316
+    v_3t_y = t25 * 0.316
+    # link 3 (joint3): angular velocity
+    t32 = c_3 * t25 - qd_2 * s_3
+    omega_3_y = qd_2 * c_3 + s_3 * t25
+    omega_3_z = qd_3 + t26
+    # link 3 (joint3): velocity of its frame
+    v_3_x = s_3 * v_3t_y + c_3 * v_3t_x
+    v_3_y = c_3 * v_3t_y - s_3 * v_3t_x
+    # link 4 (joint4): velocity, before its turn
+    v_4t_y = omega_3_y * -0.0825
+    t47 = v_3_y + omega_3_z * 0.0825
+    # link 4 (joint4): angular velocity
+    omega_4_x = s_4 * omega_3_z - c_4 * t32
+    omega_4_y = c_4 * omega_3_z + s_4 * t32
+    omega_4_z = qd_4 - omega_3_y
+    # link 4 (joint4): velocity of its frame
+    v_4_x = s_4 * v_4t_y + c_4 * v_3_x
+    t60 = s_4 * v_3_x - c_4 * v_4t_y
+    # link 5 (joint5): velocity, before its turn
+    t63 = omega_4_z * 0.384 - v_4_x
+    v_5t_y = t47 - omega_4_x * 0.384 - 0.0825 * omega_4_y
+    t69 = t60 + 0.0825 * omega_4_z
+    # link 5 (joint5): angular velocity
+    t72 = s_5 * omega_4_z - c_5 * omega_4_x
+    t75 = s_5 * omega_4_x + c_5 * omega_4_z
+    omega_5_z = qd_5 + omega_4_y
+    # link 5 (joint5): velocity of its frame
+    t79 = c_5 * t63 - s_5 * v_5t_y
+    v_5_y = c_5 * v_5t_y + s_5 * t63
+    # link 6 (joint6): angular velocity
+    t85 = c_6 * t72 - s_6 * omega_5_z
+    omega_6_y = c_6 * omega_5_z + s_6 * t72
+    omega_6_z = qd_6 + t75
+    # link 6 (joint6): velocity of its frame
+    t92 = c_6 * t79 + s_6 * t69
+    v_6_y = s_6 * t79 - c_6 * t69
+    # link 7 (joint7): velocity, before its turn
+    t98 = v_5_y + omega_6_y * 0.088
+    t100 = v_6_y + omega_6_z * 0.088
+    # link 7 (joint7): angular velocity
+    omega_7_x = s_7 * omega_6_z - c_7 * t85
+    omega_7_y = s_7 * t85 + c_7 * omega_6_z
+    omega_7_z = qd_7 - omega_6_y
+    # link 7 (joint7): velocity of its frame
+    t110 = c_7 * t92 + s_7 * t98
+    t113 = c_7 * t98 - s_7 * t92
+    # link 7 (joint7): composite body: flow of its moments
+    t115 = omega_7_z * 0.000395108718315752
+    t117 = omega_7_y * 0.001672482661783778
+    t120 = t110 * 0.007735484874 - t117
+    t121 = t115 + t120
+    t125 = omega_7_x * 0.001672482661783778 - omega_7_z * 0.0012443540944198578
+    t127 = t125 + t113 * 0.007735484874
+    t128 = omega_7_x * 0.000395108718315752
+    t131 = t100 * 0.007735484874 + omega_7_y * 0.0012443540944198578
+    t132 = t131 - t128
+    t137 = omega_7_y * 0.000548359106408232 - omega_7_z * 0.003665297872941088
+    K_7_21 = t137 + t110 * 0.0031274395439999996
+    t141 = omega_7_x * 0.000548359106408232
+    t143 = t141 - t113 * 0.0031274395439999996
+    K_7_22 = t115 - t143
+    t145 = omega_7_y * 0.000395108718315752
+    t148 = t100 * 0.0031274395439999996 + omega_7_x * 0.003665297872941088
+    K_7_23 = t148 - t145
+    K_7_31 = omega_7_z * -0.000548359106408232
+    K_7_32 = omega_7_z * 0.001672482661783778
+    # link 7 (joint7): composite body: momentum
+    l_7_x = omega_7_z * 0.0031274395439999996
+    l_7_y = omega_7_z * 0.007735484874
+    t157 = omega_7_x * 0.0031274395439999996 + omega_7_y * 0.007735484874
+    # link 7 (joint7): Coriolis terms
+    t158 = t121 - K_7_22
+    s_7_f_z = omega_7_x * 0.007735484874 - omega_7_y * 0.0031274395439999996
+    s_7_n_x = t128 + omega_7_y * 0.003665297872941088 - K_7_31
+    t167 = K_7_32 + (t145 + omega_7_x * 0.0012443540944198578)
+    t168 = t120 + t143
+    s_7_n_z = t168 - t158
+    # link 7 (joint7): Coriolis terms with joint 7
+    l_7u_y = c_7 * l_7_y + s_7 * l_7_x
+    s_7_7_f_y = c_7 * l_7_x - s_7 * l_7_y
+    s_7_7_n_x = c_7 * s_7_n_x + s_7 * t167
+    t182 = 0.088 * s_7_7_f_y
+    t183 = t158 - t168 - t182
+    s_7_7_b_z = s_7 * s_7_n_x - (c_7 * t167 + 0.088 * s_7_f_z)
+    m_7_7_f_x = c_7 * 0.0031274395439999996 - s_7 * 0.007735484874
+    m_7_7_f_y = c_7 * 0.007735484874 + s_7 * 0.0031274395439999996
+    t195 = c_7 * 0.001672482661783778 - s_7 * 0.000548359106408232
+    S_7t_23 = c_7 * 0.000548359106408232 + s_7 * 0.001672482661783778
+    t201 = 0.088 * m_7_7_f_y + 0.004909651967360946
+    k_7_7_x = s_7 * K_7_23 + c_7 * t132
+    k_7_7_y = s_7 * t132 - c_7 * K_7_23
+    # link 6 (joint6): Coriolis terms with joint 7
+    t210 = c_6 * l_7u_y - s_6 * s_7_f_z
+    t213 = s_6 * l_7u_y + c_6 * s_7_f_z
+    t216 = s_6 * t183 - c_6 * s_7_7_n_x
+    s_6_7_n_y = s_6 * s_7_7_n_x + c_6 * t183
+    m_6_7_f_x = c_6 * m_7_7_f_x
+    m_6_7_f_y = s_6 * m_7_7_f_x
+    m_6_7_n_x = s_6 * t201 - c_6 * t195
+    k_6_7_x = c_6 * k_7_7_x - s_6 * t158
+    k_6_7_y = s_6 * k_7_7_x + c_6 * t158
+    # link 5 (joint5): Coriolis terms with joint 7
+    s_5_7_f_x = s_5 * s_7_7_f_y - c_5 * t210
+    t238 = s_5 * t210 + c_5 * s_7_7_f_y
+    s_5_7_b_x = s_5 * s_7_7_b_z + (0.384 * t238 - c_5 * t216)
+    t246 = 0.0825 * t238
+    s_5_7_b_y = s_6_7_n_y + t246
+    s_5_7_b_z = c_5 * s_7_7_b_z + (s_5 * t216 + (0.0825 * t213 - 0.384 * s_5_7_f_x))
+    m_5_7_f_x = c_5 * m_6_7_f_x + s_5 * m_7_7_f_y
+    m_5_7_f_y = s_5 * m_6_7_f_x - c_5 * m_7_7_f_y
+    t265 = s_5 * S_7t_23 + (0.384 * m_5_7_f_y - c_5 * m_6_7_n_x)
+    t266 = 0.0825 * m_5_7_f_y
+    t268 = t266 + (s_6 * t195 + c_6 * t201)
+    k_5_7_x = c_5 * k_6_7_x + s_5 * k_7_7_y
+    t274 = c_5 * k_7_7_y - s_5 * k_6_7_x
+    # link 4 (joint4): Coriolis terms with joint 7
+    s_4_7_f_x = c_4 * s_5_7_f_x + s_4 * t213
+    s_4_7_f_y = s_4 * s_5_7_f_x - c_4 * t213
+    t283 = s_4 * s_5_7_b_y - c_4 * s_5_7_b_x
+    t287 = s_5_7_b_z + 0.0825 * s_4_7_f_y
+    s_4_7_b_z = c_4 * s_5_7_b_y - (t246 - s_4 * s_5_7_b_x)
+    m_4_7_f_x = c_4 * m_5_7_f_x - s_4 * m_6_7_f_y
+    t297 = c_4 * t265 - s_4 * t268
+    t304 = s_5 * m_6_7_n_x + (c_5 * S_7t_23 + 0.384 * m_5_7_f_x)
+    t305 = 0.0825 * (m_6_7_f_y - c_4 * m_6_7_f_y - s_4 * m_5_7_f_x)
+    m_4_7_b_y = t304 + t305
+    m_4_7_b_z = t266 - s_4 * t265 - c_4 * t268
+    k_4_7_x = c_4 * k_5_7_x - s_4 * k_6_7_y
+    k_4_7_y = c_4 * k_6_7_y + s_4 * k_5_7_x
+    # link 3 (joint3): Coriolis terms with joint 7
+    s_3_7_f_x = c_3 * s_4_7_f_x + s_3 * t238
+    t326 = s_3 * t287 + 0.316 * (c_3 * t238 - s_3 * s_4_7_f_x)
+    s_3_7_b_x = t326 - c_3 * t283
+    s_3_7_b_z = 0.316 * s_3_7_f_x - c_3 * t287 - s_3 * t283
+    m_3_7_f_y = c_3 * m_5_7_f_y + s_3 * m_4_7_f_x
+    k_3_7_x = s_3 * t274 + c_3 * k_4_7_x
+    # link 7 (joint7): composite body, before its turn
+    ss_7 = s_7 * s_7
+    sc_7 = c_7 * s_7
+    t354 = ss_7 * 0.00242094377852123 - sc_7 * 0.000790217436631504
+    t355 = t354 - 0.003665297872941088
+    t356 = t121 + K_7_22
+    t357 = t127 - K_7_21
+    K_7_b = ss_7 * t357 - sc_7 * t356
+    # link 6 (joint6): composite body
+    t370 = t354 + m_7_7_f_y * 0.176
+    S_6_11 = t370 + 0.016881169465007412
+    t374 = t195 + 0.005511034382675314
+    t379 = 0.088 * m_7_7_f_x + ss_7 * 0.000790217436631504 + sc_7 * 0.00242094377852123
+    t381 = t379 - 0.000498867635534437
+    t383 = S_7t_23 + 9.3569097314605e-05
+    h_6_x = m_7_7_f_y + 0.16496755269500002
+    # link 6 (joint6): composite body: flow of its moments
+    t388 = sc_7 * t357 + ss_7 * t356 + omega_6_y * 0.00010375891721868492
+    t389 = omega_6_z * 0.005511034382675314
+    t394 = t388 + (t182 + (t389 - t92 * 0.16496755269500002 - t121))
+    t398 = t85 * 0.00010375891721868492 + omega_6_z * 0.015636815370587556
+    K_6_12 = k_7_7_x + (t398 + v_6_y * 0.16496755269500002 + 0.088 * t157)
+    t406 = v_5_y * 0.16496755269500002 - t85 * 0.005511034382675314
+    t411 = t127 + (t406 + omega_6_y * 0.015636815370587556) - 0.088 * l_7u_y
+    t412 = t411 - K_7_b
+    t416 = omega_6_y * 9.3569097314605e-05 + omega_6_z * 0.013508337745659895
+    t421 = c_7 * K_7_31 + (t416 - t92 * 0.068832705569) - s_7 * K_7_32
+    t422 = t85 * 9.3569097314605e-05
+    t423 = v_6_y * 0.068832705569
+    t427 = t422 + (t117 + (t389 + t423) - t141)
+    t430 = v_5_y * 0.068832705569 - t85 * 0.013508337745659895
+    t433 = t430 + omega_6_y * 0.005511034382675314 - c_7 * K_7_32
+    K_6_23 = t433 - s_7 * K_7_31
+    K_6_31 = K_7_b + (K_7_21 + omega_6_z * 9.3569097314605e-05)
+    K_6_32 = k_7_7_y + omega_6_z * 0.00010375891721868492
+    # link 6 (joint6): composite body: momentum
+    l_6_x = s_7_7_f_y + omega_6_z * 0.068832705569
+    l_6_y = t157 + omega_6_z * 0.16496755269500002
+    # link 6 (joint6): Coriolis terms
+    t444 = t394 - t427
+    t446 = l_6_y + t85 * m_7_7_f_x
+    s_6_f_y = l_6_x + omega_6_y * m_7_7_f_x
+    t451 = t85 * h_6_x + omega_6_y * 0.068832705569
+    t458 = omega_6_y * (t355 - 0.013508337745659895) + (K_6_31 - t85 * t374 - t92 * m_7_7_f_x)
+    t459 = v_6_y * m_7_7_f_x
+    t465 = t85 * (t355 - S_6_11) + (K_6_32 + t459 - omega_6_y * t374)
+    s_6_n_z = omega_6_y * t381 + (t85 * t383 + (t92 * h_6_x + (t423 + t444)))
+    # link 6 (joint6): Coriolis terms with joint 6
+    t475 = c_6 * t446 + s_6 * s_6_f_y
+    s_6_6_f_y = c_6 * s_6_f_y - s_6 * t446
+    s_6_6_n_x = s_6 * t465 - c_6 * t458
+    t484 = c_6 * t465 + s_6 * t458
+    s_6_6_n_y = -t484
+    m_6_6_f_x = c_6 * 0.068832705569 - s_6 * h_6_x
+    m_6_6_f_y = c_6 * h_6_x + s_6 * 0.068832705569
+    t494 = s_6 * t383 - c_6 * t381
+    t497 = c_6 * t383 + s_6 * t381
+    m_6_6_n_z = t370 + 0.030389507210667306
+    k_6_6_x = c_6 * t412 + s_6 * K_6_23
+    K_6u_23 = c_6 * K_6_23 - s_6 * t412
+    # link 5 (joint5): Coriolis terms with joint 6
+    t508 = s_5 * t451 + c_5 * t475
+    s_5_6_f_y = c_5 * t451 - s_5 * t475
+    t515 = c_5 * s_6_n_z
+    t518 = 0.384 * s_5_6_f_y - s_5 * s_6_n_z - c_5 * s_6_6_n_x
+    t519 = 0.0825 * s_5_6_f_y
+    t520 = t484 + t519
+    t524 = s_5 * s_6_6_n_x + (0.0825 * s_6_6_f_y - 0.384 * t508)
+    s_5_6_b_z = t515 - t524
+    m_5_6_f_x = c_5 * m_6_6_f_x
+    m_5_6_f_y = s_5 * m_6_6_f_x
+    t535 = c_5 * t494 + (0.384 * m_5_6_f_y - s_5 * m_6_6_n_z)
+    t536 = 0.0825 * m_5_6_f_y
+    m_5_6_b_y = t497 - t536
+    t540 = s_5 * t444 + c_5 * k_6_6_x
+    t543 = c_5 * t444 - s_5 * k_6_6_x
+    # link 4 (joint4): Coriolis terms with joint 6
+    t546 = s_4 * s_6_6_f_y + c_4 * t508
+    s_4_6_n_x = s_4 * t520 - c_4 * t518
+    s_4_6_b_y = t524 - t515 + 0.0825 * (s_4 * t508 - c_4 * s_6_6_f_y)
+    s_4_6_b_z = t519 - s_4 * t518 - c_4 * t520
+    t561 = s_4 * m_6_6_f_y - c_4 * m_5_6_f_x
+    t566 = s_4 * m_5_6_b_y + c_4 * t535
+    t574 = 0.0825 * (m_6_6_f_y - s_4 * m_5_6_f_x - c_4 * m_6_6_f_y)
+    m_4_6_b_y = 0.384 * m_5_6_f_x - c_5 * m_6_6_n_z - s_5 * t494 + t574
+    m_4_6_b_z = c_4 * m_5_6_b_y + (t536 - s_4 * t535)
+    k_4_6_x = s_4 * K_6u_23 + c_4 * t540
+    t583 = c_4 * K_6u_23 - s_4 * t540
+    # link 3 (joint3): Coriolis terms with joint 6
+    s_3_6_f_y = c_3 * s_5_6_f_y - s_3 * t546
+    t596 = s_3 * s_4_6_b_y + 0.316 * s_3_6_f_y - c_3 * s_4_6_n_x
+    t598 = c_3 * s_4_6_b_y - 0.316 * (c_3 * t546 + s_3 * s_5_6_f_y)
+    s_3_6_b_z = s_3 * s_4_6_n_x + t598
+    m_3_6_f_y = c_3 * m_5_6_f_y - s_3 * t561
+    # link 6 (joint6): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_d = S_6_11 - 0.013508337745659895
+    S_6_p = t374 * -2.0
+    S_6_a = sc_6 * S_6_p + ss_6 * S_6_d
+    S_6t_22 = 0.013508337745659895 + S_6_a
+    t628 = t394 + t427
+    K_6_p = K_6_12 - t421
+    K_6_a = sc_6 * K_6_p + ss_6 * t628
+    t635 = ss_6 * K_6_p - sc_6 * t628
+    # link 5 (joint5): composite body
+    S_5_11 = S_6_11 - S_6_a + 0.0014511560650267152
+    t648 = t494 - 0.0015152444733270301
+    t652 = ss_6 * S_6_p + (t374 - sc_6 * S_6_d) - 0.004600245517563105
+    t654 = t354 - 0.013710485701262331
+    S_5_23 = t497 - 0.0021640520520981297
+    h_5_x = m_6_6_f_y - 0.014653732538
+    h_5_y = m_7_7_f_x + 0.067870631425
+    # link 5 (joint5): composite body: flow of its moments
+    t661 = omega_5_z * 0.0015152444733270301
+    t663 = K_6_a + t75 * 0.004600245517563105
+    K_5_11 = t394 + t79 * 0.014653732538 - t661 - t663
+    t670 = t72 * 0.004600245517563105 + omega_5_z * 0.0014511560650267152
+    K_5_12 = k_6_6_x + (t670 - v_5_y * 0.014653732538)
+    t678 = t69 * 0.014653732538 - t72 * 0.0015152444733270301 + t75 * 0.0014511560650267152
+    K_5_13 = K_6_12 + t678 - t635
+    t684 = t75 * 0.0021640520520981297 - omega_5_z * 0.010045187828321242
+    K_5_21 = s_6 * K_6_32 + (t684 - t79 * 0.067870631425) - c_6 * K_6_31
+    t689 = t72 * 0.0021640520520981297
+    t694 = t661 + (t422 + (K_7_22 + v_5_y * 0.067870631425)) - t689
+    K_5_22 = t694 - t388
+    t700 = t69 * 0.067870631425 + t72 * 0.010045187828321242 - t75 * 0.0015152444733270301
+    t702 = c_6 * K_6_32 + (s_6 * K_6_31 + t700)
+    K_5_31 = omega_5_z * 0.0021640520520981297 - t421 - t635
+    K_5_32 = omega_5_z * 0.004600245517563105 - K_6u_23
+    # link 5 (joint5): composite body: momentum
+    t710 = s_6 * l_6_y + omega_5_z * 0.067870631425 - c_6 * l_6_x
+    t715 = omega_5_z * 0.014653732538 + t85 * 0.068832705569 - omega_6_y * 0.16496755269500002
+    t716 = l_7u_y + t715
+    t720 = t72 * 0.067870631425 + t75 * 0.014653732538 - s_6 * l_6_x
+    t721 = t720 - c_6 * l_6_y
+    # link 5 (joint5): Coriolis terms
+    K_5_t = K_5_11 + K_5_22
+    s_5_f_x = t716 - t72 * m_6_6_f_x
+    t726 = t710 + t75 * m_6_6_f_x
+    t729 = t75 * h_5_y + t72 * h_5_x
+    t736 = t75 * (S_6t_22 - t654) + (K_5_31 - t79 * m_6_6_f_x - t72 * t648)
+    t737 = v_5_y * m_6_6_f_x
+    t743 = t75 * t648 + (K_5_32 + t737) - t72 * (S_6t_22 + S_5_11)
+    t750 = t79 * h_5_x + (K_5_t - v_5_y * h_5_y - t72 * S_5_23)
+    s_5_n_z = t750 - t75 * t652
+    # link 5 (joint5): Coriolis terms with joint 5
+    s_5_5_f_x = s_5 * t726 + c_5 * s_5_f_x
+    s_5_5_f_y = s_5 * s_5_f_x - c_5 * t726
+    t764 = c_5 * t736 + 0.384 * s_5_5_f_y - s_5 * t743
+    t765 = 0.0825 * s_5_5_f_y
+    s_5_5_b_y = s_5_n_z - t765
+    s_5_5_b_z = c_5 * t743 + (s_5 * t736 + (0.0825 * t729 - 0.384 * s_5_5_f_x))
+    h_5u_y = s_5 * h_5_x + c_5 * h_5_y
+    m_5_5_f_y = c_5 * h_5_x - s_5 * h_5_y
+    m_5_5_b_x = s_5 * S_5_23 + (c_5 * t652 - 0.384 * m_5_5_f_y)
+    t785 = 0.0825 * m_5_5_f_y
+    m_5_5_b_y = S_5_11 - t654 - t785
+    t790 = s_5 * t702 + c_5 * K_5_13
+    k_5_5_y = c_5 * t702 - s_5 * K_5_13
+    # link 4 (joint4): Coriolis terms with joint 5
+    s_4_5_f_x = c_4 * s_5_5_f_x + s_4 * t729
+    s_4_5_f_y = s_4 * s_5_5_f_x - c_4 * t729
+    t802 = s_4 * s_5_5_b_y + c_4 * t764
+    t806 = s_5_5_b_z + 0.0825 * s_4_5_f_y
+    s_4_5_b_z = c_4 * s_5_5_b_y + (t765 - s_4 * t764)
+    t809 = c_4 * h_5u_y
+    m_4_5_n_x = c_4 * m_5_5_b_x - s_4 * m_5_5_b_y
+    t817 = c_5 * S_5_23 + (0.384 * h_5u_y - s_5 * t652)
+    t820 = t817 - 0.0825 * (s_4 * h_5u_y)
+    m_4_5_b_z = s_4 * m_5_5_b_x + (t785 + c_4 * m_5_5_b_y)
+    t825 = s_4 * K_5_t + c_4 * t790
+    t828 = s_4 * t790 - c_4 * K_5_t
+    # link 3 (joint3): Coriolis terms with joint 5
+    s_3_5_f_y = s_3 * s_4_5_f_x + c_3 * s_5_5_f_y
+    t844 = (s_3 * s_5_5_f_y - c_3 * s_4_5_f_x) * -0.316 - c_3 * t806
+    s_3_5_b_z = t844 - s_3 * t802
+    t852 = s_3 * t820 + 0.316 * (s_3 * t809 - c_3 * m_5_5_f_y)
+    m_3_5_b_x = c_3 * m_4_5_n_x + t852
+    # link 2 (joint2): Coriolis terms with joint 5
+    t859 = s_2 * (c_3 * t802 + 0.316 * s_3_5_f_y - s_3 * t806)
+    # link 5 (joint5): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    S_5_d = S_5_11 + t654
+    S_5_p = -2.0 * t648
+    S_5_a = sc_5 * S_5_p + ss_5 * S_5_d
+    t872 = t654 - S_5_a
+    K_5_d = K_5_11 - K_5_22
+    K_5_p = K_5_12 + K_5_21
+    K_5_a = sc_5 * K_5_p + ss_5 * K_5_d
+    K_5_b = sc_5 * K_5_d - ss_5 * K_5_p
+    t887 = c_5 * t710 - s_5 * t716
+    t890 = s_5 * t710 + c_5 * t716
+    # link 4 (joint4): composite body
+    S_4_11 = S_5_11 - m_5_5_f_y * 0.165 - S_5_a + 0.0458473861568155
+    S_4_12 = 0.0825 * m_6_6_f_x - m_5_5_b_x - 0.13876407268546087
+    t901 = 0.0825 * h_5u_y
+    S_4_13 = t901 + (t648 + ss_5 * S_5_p - sc_5 * S_5_d) - 0.0039053550262761003
+    t911 = m_6_6_f_x * 0.768 - S_6_a - 0.5987338527766316
+    t913 = t817 - 0.0016444875773692705
+    h_4_x = m_5_5_f_y - 0.49008027465000004
+    t917 = m_6_6_f_x - 1.720683553603
+    # link 4 (joint4): composite body: flow of its moments
+    t920 = K_5_a - omega_4_y * -0.0039053550262761003
+    t921 = omega_4_z * 0.13876407268546087
+    t926 = K_5_11 + (t921 - v_4_x * 0.49008027465000004) + 0.0825 * t887
+    t927 = t926 - t920
+    t930 = omega_4_x * 0.0039053550262761003 + omega_4_z * 0.0458473861568155
+    K_4_12 = t790 + (t930 + t60 * 0.49008027465000004 + 0.0825 * t721)
+    t938 = t47 * 0.49008027465000004 - omega_4_x * 0.13876407268546087
+    t942 = t938 - omega_4_y * 0.0458473861568155 - K_5_12 - K_5_b
+    K_4_13 = t942 - 0.0825 * t890
+    t948 = omega_4_y * 0.0016444875773692705 - omega_4_z * 0.5852255150309718
+    t952 = c_5 * K_5_31 + (t948 + v_4_x * 1.720683553603) - s_5 * K_5_32
+    K_4_21 = t952 - 0.384 * t887
+    t955 = omega_4_x * 0.0016444875773692705
+    t961 = t427 + (t921 + t60 * 1.720683553603) - t689 + 0.384 * t721
+    t963 = t955 + t961 - t663
+    t966 = t47 * 1.720683553603 - omega_4_x * 0.5852255150309718
+    t969 = s_5 * K_5_31 + (t966 - omega_4_y * 0.13876407268546087)
+    t972 = c_5 * K_5_32 + t969 - 0.384 * t890
+    t975 = K_5_b + (K_5_21 + omega_4_z * 0.0016444875773692705)
+    t977 = omega_4_z * 0.0039053550262761003 - k_5_5_y
+    # link 4 (joint4): composite body: momentum
+    t979 = t887 + omega_4_z * 1.720683553603
+    t981 = t721 + omega_4_z * 0.49008027465000004
+    t984 = omega_4_x * 1.720683553603 + omega_4_y * 0.49008027465000004
+    l_4_z = t890 + t984
+    # link 4 (joint4): Coriolis terms
+    t986 = t927 - t963
+    s_4_f_x = t981 + omega_4_x * h_5u_y
+    t990 = t979 - omega_4_y * h_5u_y
+    s_4_f_z = omega_4_x * h_4_x - omega_4_y * t917
+    s_4_n_x = omega_4_x * S_4_12 + (t975 - v_4_x * h_5u_y) - omega_4_y * (t872 + t911)
+    t1001 = t60 * h_5u_y
+    s_4_n_y = omega_4_x * (t872 - S_4_11) + (t977 + t1001 - omega_4_y * S_4_12)
+    t1014 = t986 - t60 * t917 - omega_4_y * S_4_13 - omega_4_x * t913
+    s_4_n_z = t1014 - v_4_x * h_4_x
+    # link 4 (joint4): Coriolis terms with joint 4
+    s_4_4_f_x = c_4 * s_4_f_x + s_4 * t990
+    t1024 = s_4 * s_4_n_y - c_4 * s_4_n_x
+    t1028 = s_4_n_z - 0.0825 * (c_4 * t990 - s_4 * s_4_f_x)
+    s_4_4_b_z = c_4 * s_4_n_y - (0.0825 * s_4_f_z - s_4 * s_4_n_x)
+    h_4u_y = s_4 * h_4_x - c_4 * t917
+    m_4_4_f_y = s_4 * t917 + c_4 * h_4_x
+    t1040 = c_4 * S_4_13 + s_4 * t913
+    S_4t_23 = s_4 * S_4_13 - c_4 * t913
+    t1046 = S_4_11 - t911 + 0.0825 * m_4_4_f_y
+    t1049 = s_4 * t972 + c_4 * K_4_13
+    K_4u_23 = s_4 * K_4_13 - c_4 * t972
+    # link 3 (joint3): Coriolis terms with joint 4
+    s_3_4_f_x = s_3 * s_4_f_z + c_3 * s_4_4_f_x
+    s_3_4_f_y = s_3 * s_4_4_f_x - c_3 * s_4_f_z
+    s_3_4_b_z = 0.316 * s_3_4_f_x - s_3 * t1024 - c_3 * t1028
+    # link 2 (joint2): Coriolis terms with joint 4
+    t1080 = s_2 * (c_3 * t1024 + (0.316 * s_3_4_f_y - s_3 * t1028))
+    # link 4 (joint4): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 + t911
+    S_4_p = S_4_12 * 2.0
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    t1093 = t911 - S_4_a
+    t1094 = t927 + t963
+    K_4_p = K_4_12 + K_4_21
+    t1101 = sc_4 * t1094 - ss_4 * K_4_p
+    l_4u_x = s_4 * t981 - c_4 * t979
+    t1111 = s_4 * t979 + c_4 * t981
+    # link 3 (joint3): composite body
+    S_3_11 = S_4_11 + 0.165 * m_4_4_f_y - S_4_a + 0.05642967102652771
+    S_3_12 = t901 - t1040 + 0.00012191242095074308
+    t1123 = sc_4 * S_4_d + (S_4_12 + 0.0825 * h_4u_y) - ss_4 * S_4_p
+    S_3_13 = t1123 + 0.005487648106562256
+    t1127 = t872 - 0.022178148964878238
+    t1129 = S_4t_23 - 0.004377257121839584
+    h_3_x = m_4_4_f_y + 0.684157959872
+    h_3_y = h_5u_y + 0.028227094878000014
+    # link 3 (joint3): composite body: flow of its moments
+    t1134 = omega_3_z * 0.00012191242095074308
+    t1136 = ss_4 * t1094 + sc_4 * K_4_p - omega_3_y * 0.005487648106562256
+    t1141 = t927 + v_3_x * 0.684157959872 + 0.0825 * l_4u_x - t1134
+    K_3_11 = t1141 - t1136
+    t1145 = t32 * 0.005487648106562256 + omega_3_z * 0.05642967102652771
+    K_3_12 = t1145 + v_3_y * 0.684157959872 - 0.0825 * l_4_z - t1049
+    t1153 = t32 * 0.00012191242095074308 + omega_3_y * 0.05642967102652771
+    t1157 = t1153 - K_4_12 - t1101 + 0.0825 * t1111
+    t1160 = omega_3_y * 0.004377257121839584 - omega_3_z * 0.022178148964878238
+    t1163 = c_4 * t975 + (t1160 + v_3_x * 0.028227094878000014)
+    K_3_21 = t1163 - s_4 * t977
+    t1166 = t32 * -0.004377257121839584
+    t1170 = t1134 + (t955 + (K_5_22 + v_3_y * 0.028227094878000014))
+    K_3_22 = t920 + (t1170 - t1166)
+    t1175 = t32 * 0.022178148964878238 + omega_3_y * 0.00012191242095074308
+    t1177 = t1175 - c_4 * t977 - s_4 * t975
+    t1180 = omega_3_z * 0.004377257121839584 - K_4_21 - t1101
+    K_3_32 = omega_3_z * 0.005487648106562256 - K_4u_23
+    # link 3 (joint3): composite body: momentum
+    t1184 = omega_3_z * 0.028227094878000014 - l_4u_x
+    l_3_y = omega_3_z * 0.684157959872 - l_4_z
+    t1189 = t32 * 0.028227094878000014 + omega_3_y * 0.684157959872
+    # link 3 (joint3): Coriolis terms
+    K_3_t = K_3_11 + K_3_22
+    t1193 = l_3_y - t32 * h_4u_y
+    t1195 = t1184 + omega_3_y * h_4u_y
+    s_3_n_x = t1180 + v_3_x * h_4u_y - t32 * S_3_12 - omega_3_y * (t1093 + t1127)
+    t1203 = v_3_y * h_4u_y
+    t1209 = t32 * (t1093 - S_3_11) + (omega_3_y * S_3_12 + (K_3_32 - t1203))
+    t1216 = t32 * t1129 + (K_3_t - v_3_x * h_3_x - v_3_y * h_3_y)
+    s_3_n_z = t1216 - omega_3_y * S_3_13
+    # link 3 (joint3): Coriolis terms with joint 3
+    s_3_3_b_x = c_3 * s_3_n_x + (s_3 * t1209 + 0.316 * (c_3 * t1195 + s_3 * t1193))
+    t1232 = s_3 * s_3_n_x - 0.316 * (c_3 * t1193 - s_3 * t1195)
+    s_3_3_b_z = t1232 - c_3 * t1209
+    h_3u_y = s_3 * h_3_x + c_3 * h_3_y
+    m_3_3_n_z = S_3_11 - t1127
+    t1247 = 0.316 * (s_3 * h_3_y - c_3 * h_3_x) - c_3 * S_3_13 - s_3 * t1129
+    t1250 = s_3 * t1177 - c_3 * t1157
+    t1253 = c_3 * t1177 + s_3 * t1157
+    # link 3 (joint3): composite body, before its turn
+    ss_3 = s_3 * s_3
+    sc_3 = c_3 * s_3
+    S_3_d = S_3_11 + t1127
+    S_3_p = 2.0 * S_3_12
+    S_3_a = sc_3 * S_3_p + ss_3 * S_3_d
+    t1267 = t1127 - S_3_a
+    K_3_d = K_3_11 - K_3_22
+    K_3_p = K_3_12 + K_3_21
+    K_3_a = ss_3 * K_3_d + sc_3 * K_3_p
+    K_3_b = sc_3 * K_3_d - ss_3 * K_3_p
+    # link 2 (joint2): composite body
+    t1287 = t1247 + 0.00398335888393552
+    S_2_13 = sc_3 * S_3_d + (S_3_12 - ss_3 * S_3_p) - 0.01026110182100817
+    t1296 = s_3 * S_3_13 + (0.316 * h_3u_y - c_3 * t1129) + 0.0007689361029464
+    # link 2 (joint2): composite body: flow of its moments
+    t1298 = qd_2 * 0.00398335888393552
+    t1299 = K_3_a - t26 * 0.01026110182100817
+    K_2_11 = K_3_11 - t1298 - t1299
+    t1305 = t25 * 0.00398335888393552 - t26 * 0.023077882494931805
+    t1308 = t25 * 0.0007689361029464
+    t1313 = t1308 + (t963 - t1166 + 0.316 * (t1111 + t1189) - t1298)
+    t1314 = t1313 - t1136
+    t1318 = t25 * 0.9562715012318805 - t26 * 0.00398335888393552
+    t1322 = c_3 * K_3_32 + t1318 - s_3 * t1180 - 0.316 * (s_3 * t1184 - c_3 * l_3_y)
+    # link 2 (joint2): Coriolis terms
+    t1328 = 0.9562715012318805 + (h_4u_y * 0.632 - t1093 - t1267)
+    t1333 = t25 * t1287 + (K_3_b + (K_3_21 + qd_2 * 0.0007689361029464))
+    t1339 = t25 * (0.023077882494931805 + (S_3_11 - S_3_a - t1267))
+    s_2_n_y = t1339 + (t26 * t1287 + (qd_2 * 0.01026110182100817 - t1253))
+    s_2_n_z = t26 * S_2_13 + (t25 * t1296 + (K_2_11 - t1314))
+    # link 2 (joint2): Coriolis terms with joint 2
+    K_2u_23 = -(s_2 * (t1305 - K_3_12 - K_3_b) + c_2 * t1322)
+    # link 2 (joint2): composite body, before its turn
+    K_2_d = K_2_11 + t1314
+    t1359 = qd_2 * 0.9331936187369487 + t25 * 0.01026110182100817
+    t1363 = t1250 + (t1359 - t26 * 0.0007689361029464) - s_3 * K_3_32
+    t1366 = t1363 - c_3 * t1180 - 0.316 * (s_3 * l_3_y + c_3 * t1184)
+    # link 1 (joint1): Coriolis terms
+    t1373 = t1308 + (K_3_22 + K_2_11) - s_2 * (s_2 * K_2_d - c_2 * t1366)
+    K_1_t = t1299 + t1373
+    t1387 = t26 * (c_3 * t1040 - s_3 * (t1046 + 0.316 * h_4u_y))
+    t1396 = t32 * t1046 + (omega_3_y * t1040 + (K_4u_23 + t1203))
+    t1403 = c_3 * k_5_5_y - s_3 * t825 - t25 * m_4_5_b_z - t26 * m_3_5_b_x
+    t1410 = omega_3_y * m_4_5_n_x - t828 - v_3_x * m_5_5_f_y - t32 * t820
+    t1416 = omega_4_y * m_5_5_b_x + (t1001 - k_5_5_y - omega_4_x * m_5_5_b_y)
+    t1419 = t26 * (c_3 * t566 + (s_3 * m_4_6_b_y + 0.316 * m_3_6_f_y))
+    t1423 = t1419 + (s_3 * k_4_6_x - c_3 * t543) - t25 * m_4_6_b_z
+    t1430 = t32 * m_4_6_b_y - t583 - omega_3_y * t566 - v_3_y * t561
+    t1438 = t543 - omega_4_y * t535 - omega_4_x * m_5_6_b_y - v_4_x * m_6_6_f_y
+    t1447 = t26 * (s_3 * m_4_7_b_y + (c_3 * t297 + 0.316 * m_3_7_f_y))
+    t1450 = t1447 + (s_3 * k_4_7_x - c_3 * t274 - t25 * m_4_7_b_z)
+    t1457 = v_3_y * m_4_7_f_x + (k_4_7_y + t32 * m_4_7_b_y) - omega_3_y * t297
+    t1465 = t274 + omega_4_x * t268 - v_4_x * m_6_7_f_y - t60 * m_5_7_f_x
+    t1473 = v_5_y * m_6_7_f_x + (t72 * S_7t_23 + (k_6_7_y - t79 * m_7_7_f_y))
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2 * (t26 * t1328 + t1333) - c_2 * s_2_n_y
+    out[2 * S + k] = c_2 * s_3_n_z - s_2 * s_3_3_b_x
+    out[3 * S + k] = c_2 * s_4_4_b_z + t1080
+    out[4 * S + k] = t859 + c_2 * s_4_5_b_z
+    out[5 * S + k] = c_2 * s_4_6_b_z + s_2 * t596
+    out[6 * S + k] = c_2 * s_4_7_b_z - s_2 * s_3_7_b_x
+    out[7 * S + k] = K_2u_23
+    out[8 * S + k] = s_2_n_z
+    out[9 * S + k] = s_3_3_b_z
+    out[10 * S + k] = s_3_4_b_z
+    out[11 * S + k] = s_3_5_b_z
+    out[12 * S + k] = s_3_6_b_z
+    out[13 * S + k] = s_3_7_b_z
+    out[14 * S + k] = c_2 * K_3_t + s_2 * t1250
+    out[15 * S + k] = t1253 - t26 * t1247 - t25 * m_3_3_n_z
+    out[16 * S + k] = s_3_n_z
+    out[17 * S + k] = s_4_4_b_z
+    out[18 * S + k] = s_4_5_b_z
+    out[19 * S + k] = s_4_6_b_z
+    out[20 * S + k] = s_4_7_b_z
+    out[21 * S + k] = s_2 * (c_3 * t1049 - s_3 * t986) - c_2 * K_4u_23
+    out[22 * S + k] = t25 * S_4t_23 + (t1387 - c_3 * t986 - s_3 * t1049)
+    out[23 * S + k] = -t1396
+    out[24 * S + k] = s_4_n_z
+    out[25 * S + k] = s_5_5_b_z
+    out[26 * S + k] = s_5_6_b_z
+    out[27 * S + k] = s_5_7_b_z
+    out[28 * S + k] = s_2 * (c_3 * t825 + s_3 * k_5_5_y) - c_2 * t828
+    out[29 * S + k] = t1403
+    out[30 * S + k] = t1410 - v_3_y * t809
+    out[31 * S + k] = t1416
+    out[32 * S + k] = s_5_n_z
+    out[33 * S + k] = s_6_6_n_y
+    out[34 * S + k] = s_6_7_n_y
+    out[35 * S + k] = -(s_2 * (s_3 * t543 + c_3 * k_4_6_x) + c_2 * t583)
+    out[36 * S + k] = t1423
+    out[37 * S + k] = t1430 - v_3_x * m_5_6_f_y
+    out[38 * S + k] = t1438 - t60 * m_5_6_f_x
+    out[39 * S + k] = t75 * t494 + (t737 - K_6u_23 - t72 * m_6_6_n_z)
+    out[40 * S + k] = s_6_n_z
+    out[41 * S + k] = s_7_7_b_z
+    out[42 * S + k] = c_2 * k_4_7_y - s_2 * k_3_7_x
+    out[43 * S + k] = t1450
+    out[44 * S + k] = t1457 - v_3_x * m_5_7_f_y
+    out[45 * S + k] = t1465 - omega_4_y * t265
+    out[46 * S + k] = t1473 - t75 * m_6_7_n_x
+    out[47 * S + k] = k_7_7_y + t459 - omega_6_y * t195 - t85 * t201
+    out[48 * S + k] = s_7_n_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    out = np.empty(49)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    if out.size != 49:
+        raise ValueError("out must have 49 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 63:
+        raise ValueError("coriolis_matrix_packed takes 63 numbers: q, qd, result")
+    _coriolis_matrix(both[0:7], both[7:14], both[14:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(7):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(49):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if qd.shape[0] != 7 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 7 rows")
+    count = q.shape[1]
+    out = np.empty((49, count))
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(7):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(49):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((7, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    q_7 = q[6 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    qd_7 = qd[6 * S + k]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    p_joint2_mass = p[16]
+    p_joint2_com_x = p[17]
+    p_joint2_com_y = p[18]
+    p_joint2_com_z = p[19]
+    p_joint2_inertia_xx = p[20]
+    p_joint2_inertia_yy = p[21]
+    p_joint2_inertia_zz = p[22]
+    p_joint2_inertia_xy = p[23]
+    p_joint2_inertia_xz = p[24]
+    p_joint2_inertia_yz = p[25]
+    p_joint3_mass = p[26]
+    p_joint3_com_x = p[27]
+    p_joint3_com_y = p[28]
+    p_joint3_com_z = p[29]
+    p_joint3_inertia_xx = p[30]
+    p_joint3_inertia_yy = p[31]
+    p_joint3_inertia_zz = p[32]
+    p_joint3_inertia_xy = p[33]
+    p_joint3_inertia_xz = p[34]
+    p_joint3_inertia_yz = p[35]
+    p_joint4_mass = p[36]
+    p_joint4_com_x = p[37]
+    p_joint4_com_y = p[38]
+    p_joint4_com_z = p[39]
+    p_joint4_inertia_xx = p[40]
+    p_joint4_inertia_yy = p[41]
+    p_joint4_inertia_zz = p[42]
+    p_joint4_inertia_xy = p[43]
+    p_joint4_inertia_xz = p[44]
+    p_joint4_inertia_yz = p[45]
+    p_joint5_mass = p[46]
+    p_joint5_com_x = p[47]
+    p_joint5_com_y = p[48]
+    p_joint5_com_z = p[49]
+    p_joint5_inertia_xx = p[50]
+    p_joint5_inertia_yy = p[51]
+    p_joint5_inertia_zz = p[52]
+    p_joint5_inertia_xy = p[53]
+    p_joint5_inertia_xz = p[54]
+    p_joint5_inertia_yz = p[55]
+    p_joint6_mass = p[56]
+    p_joint6_com_x = p[57]
+    p_joint6_com_y = p[58]
+    p_joint6_com_z = p[59]
+    p_joint6_inertia_xx = p[60]
+    p_joint6_inertia_yy = p[61]
+    p_joint6_inertia_zz = p[62]
+    p_joint6_inertia_xy = p[63]
+    p_joint6_inertia_xz = p[64]
+    p_joint6_inertia_yz = p[65]
+    p_joint7_mass = p[66]
+    p_joint7_com_x = p[67]
+    p_joint7_com_y = p[68]
+    p_joint7_com_z = p[69]
+    p_joint7_inertia_xx = p[70]
+    p_joint7_inertia_yy = p[71]
+    p_joint7_inertia_zz = p[72]
+    p_joint7_inertia_xy = p[73]
+    p_joint7_inertia_xz = p[74]
+    p_joint7_inertia_yz = p[75]
+    # link 7 (joint7): base parameters
+    t79 = p_joint7_inertia_zz * 0.5
+    J_7_x1 = p_joint7_mass * p_joint7_com_x
+    t82 = p_joint7_inertia_xx * 0.5
+    t83 = p_joint7_inertia_yy * 0.5
+    t84 = t82 - t83
+    t86 = t79 + p_joint7_com_x * J_7_x1 - t84
+    t88 = p_joint7_inertia_xy - p_joint7_com_y * J_7_x1
+    t90 = p_joint7_inertia_xz - p_joint7_com_z * J_7_x1
+    J_7_y1 = p_joint7_mass * p_joint7_com_y
+    J_7_yy = p_joint7_com_y * J_7_y1 + (t79 + t84)
+    t96 = p_joint7_inertia_yz - p_joint7_com_z * J_7_y1
+    J_7_z1 = p_joint7_mass * p_joint7_com_z
+    # link 6 (joint6): base parameters
+    t99 = p_joint7_dh_a * p_joint7_mass
+    t101 = p_joint6_inertia_xx * 0.5
+    t102 = p_joint6_inertia_zz * 0.5
+    t103 = p_joint6_mass * p_joint6_com_x
+    t105 = p_joint6_inertia_yy * 0.5
+    t106 = t101 - t105
+    t108 = p_joint6_com_x * t103 + (p_joint7_dh_a * t99 + t102)
+    J_6_xx = t108 - t106
+    t113 = p_joint7_dh_a * J_7_z1 + (p_joint6_inertia_xy - p_joint6_com_y * t103)
+    t115 = p_joint6_inertia_xz - p_joint6_com_z * t103
+    J_6_x1 = t99 + t103
+    t117 = p_joint6_mass * p_joint6_com_y
+    t123 = t79 - t82 - t83 - p_joint7_com_z * J_7_z1 - t102 - t106
+    t124 = t123 - p_joint6_com_y * t117
+    t126 = p_joint6_inertia_yz - p_joint6_com_z * t117
+    t127 = J_7_z1 - t117
+    J_6_z1 = p_joint6_mass * p_joint6_com_z
+    # link 5 (joint5): base parameters
+    J_5_x1 = p_joint5_mass * p_joint5_com_x
+    t132 = p_joint5_inertia_xx * 0.5
+    t133 = p_joint5_inertia_zz * 0.5
+    t134 = p_joint5_inertia_yy * 0.5
+    t135 = t132 - t134
+    J_5_xx = p_joint5_com_x * J_5_x1 + t133 - t135
+    t139 = p_joint5_inertia_xy - p_joint5_com_y * J_5_x1
+    t141 = p_joint5_inertia_xz - p_joint5_com_z * J_5_x1
+    t142 = p_joint5_mass * p_joint5_com_y
+    t147 = t133 + (p_joint6_com_z * J_6_z1 + (t105 + (t101 - t102)))
+    J_5_yy = p_joint5_com_y * t142 + (t135 + t147)
+    t151 = p_joint5_inertia_yz - p_joint5_com_z * t142
+    t152 = J_6_z1 - t142
+    J_5_z1 = p_joint5_mass * p_joint5_com_z
+    J_5_11 = p_joint7_mass + (p_joint5_mass + p_joint6_mass)
+    # link 4 (joint4): base parameters
+    t157 = p_joint4_mass * p_joint4_com_x
+    t159 = p_joint5_dh_a * J_5_11
+    t161 = p_joint4_inertia_xx * 0.5
+    t162 = p_joint4_inertia_zz * 0.5
+    t163 = p_joint4_inertia_yy * 0.5
+    t164 = t161 - t163
+    t166 = t162 + (p_joint4_com_x * t157 + p_joint5_dh_a * t159)
+    J_4_xx = t166 - t164
+    t172 = p_joint4_inertia_xy - p_joint5_dh_d * t159 - p_joint4_com_y * t157
+    t173 = t172 - p_joint5_dh_a * J_5_z1
+    t175 = p_joint4_inertia_xz - p_joint4_com_z * t157
+    J_4_x1 = t157 + t159
+    t177 = p_joint4_mass * p_joint4_com_y
+    t180 = J_5_z1 + p_joint5_dh_d * J_5_11
+    t186 = t162 + (p_joint5_com_z * J_5_z1 + (t134 + (t132 - t133)))
+    J_4_yy = p_joint5_dh_d * (J_5_z1 + t180) + (p_joint4_com_y * t177 + (t164 + t186))
+    t191 = p_joint4_inertia_yz - p_joint4_com_z * t177
+    J_4_y1 = t177 + t180
+    J_4_z1 = p_joint4_mass * p_joint4_com_z
+    J_4_11 = p_joint4_mass + J_5_11
+    # link 3 (joint3): base parameters
+    t196 = p_joint3_inertia_zz * 0.5
+    t197 = p_joint4_dh_a * J_4_11
+    t199 = p_joint3_mass * p_joint3_com_x
+    t201 = p_joint3_inertia_xx * 0.5
+    t202 = t196 - t201
+    t203 = p_joint3_inertia_yy * 0.5
+    t205 = t202 + (p_joint4_dh_a * t197 + p_joint3_com_x * t199)
+    t206 = t203 + t205
+    t210 = p_joint3_inertia_xy + p_joint4_dh_a * J_4_z1 - p_joint3_com_y * t199
+    t212 = p_joint3_inertia_xz - p_joint3_com_z * t199
+    J_3_x1 = t197 + t199
+    t214 = p_joint3_mass * p_joint3_com_y
+    t219 = t196 + (p_joint4_com_z * J_4_z1 + (t163 + (t161 - t162)))
+    t222 = p_joint3_com_y * t214 + (t201 + t219 - t203)
+    t224 = p_joint3_inertia_yz - p_joint3_com_z * t214
+    t225 = J_4_z1 - t214
+    J_3_z1 = p_joint3_mass * p_joint3_com_z
+    J_3_11 = p_joint3_mass + J_4_11
+    # link 2 (joint2): base parameters
+    t229 = p_joint2_mass * p_joint2_com_x
+    t232 = 0.5 * (p_joint2_inertia_xx - p_joint2_inertia_yy)
+    t233 = p_joint2_inertia_zz * 0.5
+    J_2_xx = t233 + (p_joint2_com_x * t229 - t232)
+    t237 = p_joint2_inertia_xy - p_joint2_com_y * t229
+    t239 = p_joint2_inertia_xz - p_joint2_com_z * t229
+    t241 = p_joint2_mass * p_joint2_com_y
+    t246 = p_joint3_dh_d * (p_joint3_dh_d * J_3_11 + J_3_z1 * 2.0)
+    t250 = t202 - t203 - p_joint3_com_z * J_3_z1 - t232 - t233
+    t252 = t250 - p_joint2_com_y * t241 - t246
+    t254 = p_joint2_inertia_yz - p_joint2_com_z * t241
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 7 (joint7): rotation
+    c_7 = _cos(q_7)
+    s_7 = _sin(q_7)
+    # link 2 (joint2): angular velocity
+    t267 = qd_1 * s_2
+    t268 = qd_1 * c_2
+    # link 3 (joint3): velocity, before its turn
+    v_3t_x = qd_2 * p_joint3_dh_d
+    v_3t_y = p_joint3_dh_d * t267
+    # link 3 (joint3): angular velocity
+    t273 = c_3 * t267 - qd_2 * s_3
+    omega_3_y = qd_2 * c_3 + s_3 * t267
+    omega_3_z = qd_3 + t268
+    # link 3 (joint3): velocity of its frame
+    v_3_x = s_3 * v_3t_y + c_3 * v_3t_x
+    v_3_y = c_3 * v_3t_y - s_3 * v_3t_x
+    # link 4 (joint4): velocity, before its turn
+    t284 = p_joint4_dh_a * omega_3_y
+    t286 = v_3_y + p_joint4_dh_a * omega_3_z
+    # link 4 (joint4): angular velocity
+    omega_4_x = s_4 * omega_3_z - c_4 * t273
+    omega_4_y = c_4 * omega_3_z + s_4 * t273
+    omega_4_z = qd_4 - omega_3_y
+    # link 4 (joint4): velocity of its frame
+    t296 = s_4 * t284 - c_4 * v_3_x
+    t299 = s_4 * v_3_x + c_4 * t284
+    # link 5 (joint5): velocity, before its turn
+    t301 = t296 + p_joint5_dh_d * omega_4_z
+    v_5t_y = t286 + p_joint5_dh_a * omega_4_y - p_joint5_dh_d * omega_4_x
+    t307 = t299 - p_joint5_dh_a * omega_4_z
+    # link 5 (joint5): angular velocity
+    t310 = s_5 * omega_4_z - c_5 * omega_4_x
+    t313 = s_5 * omega_4_x + c_5 * omega_4_z
+    omega_5_z = qd_5 + omega_4_y
+    # link 5 (joint5): velocity of its frame
+    t317 = c_5 * t301 - s_5 * v_5t_y
+    v_5_y = c_5 * v_5t_y + s_5 * t301
+    # link 6 (joint6): angular velocity
+    t323 = c_6 * t310 - s_6 * omega_5_z
+    omega_6_y = c_6 * omega_5_z + s_6 * t310
+    omega_6_z = qd_6 + t313
+    # link 6 (joint6): velocity of its frame
+    t330 = c_6 * t317 + s_6 * t307
+    v_6_y = s_6 * t317 - c_6 * t307
+    # link 7 (joint7): velocity, before its turn
+    t335 = v_5_y + p_joint7_dh_a * omega_6_y
+    t337 = v_6_y + p_joint7_dh_a * omega_6_z
+    # link 7 (joint7): angular velocity
+    omega_7_x = s_7 * omega_6_z - c_7 * t323
+    omega_7_y = s_7 * t323 + c_7 * omega_6_z
+    omega_7_z = qd_7 - omega_6_y
+    # link 7 (joint7): velocity of its frame
+    t347 = c_7 * t330 + s_7 * t335
+    t350 = c_7 * t335 - s_7 * t330
+    # link 7 (joint7): composite body: flow of its moments
+    t352 = t88 * omega_7_z
+    t353 = t90 * omega_7_y
+    t354 = J_7_x1 * t347 + t353
+    t355 = t352 - t354
+    t360 = J_7_x1 * t350 - t86 * omega_7_z - t90 * omega_7_x
+    t363 = t88 * omega_7_x
+    t365 = t363 + (J_7_x1 * t337 + t86 * omega_7_y)
+    t370 = J_7_yy * omega_7_z + (t96 * omega_7_y + J_7_y1 * t347)
+    t372 = t96 * omega_7_x
+    t373 = J_7_y1 * t350 - t372
+    t374 = t352 + t373
+    t375 = t88 * omega_7_y
+    K_7_23 = t375 + J_7_yy * omega_7_x - J_7_y1 * t337
+    K_7_31 = t96 * omega_7_z
+    t381 = t90 * omega_7_z
+    # link 7 (joint7): composite body: momentum
+    t382 = J_7_y1 * omega_7_z
+    l_7_y = J_7_x1 * omega_7_z
+    l_7_z = J_7_y1 * omega_7_x - J_7_x1 * omega_7_y
+    # link 7 (joint7): Coriolis terms
+    t387 = t355 - t374
+    s_7_f_z = J_7_y1 * omega_7_y + J_7_x1 * omega_7_x
+    t393 = t363 + K_7_31 - J_7_yy * omega_7_y
+    s_7_n_y = t375 + t381 - t86 * omega_7_x
+    s_7_n_z = t387 + (t354 + t373)
+    # link 7 (joint7): Coriolis terms with joint 7
+    l_7u_y = c_7 * l_7_y - s_7 * t382
+    t404 = c_7 * t382 + s_7 * l_7_y
+    t407 = c_7 * t393 + s_7 * s_7_n_y
+    t410 = p_joint7_dh_a * t404
+    t411 = s_7_n_z - t410
+    s_7_7_b_z = c_7 * s_7_n_y - s_7 * t393 - p_joint7_dh_a * s_7_f_z
+    h_7u_y = J_7_x1 * s_7 + J_7_y1 * c_7
+    m_7_7_f_y = J_7_x1 * c_7 - J_7_y1 * s_7
+    m_7_7_n_x = t90 * c_7 - t96 * s_7
+    m_7_7_n_y = t96 * c_7 + t90 * s_7
+    t427 = p_joint7_dh_a * m_7_7_f_y
+    t429 = t427 + (t86 + J_7_yy)
+    k_7_7_x = s_7 * K_7_23 + c_7 * t365
+    k_7_7_y = s_7 * t365 - c_7 * K_7_23
+    # link 6 (joint6): Coriolis terms with joint 7
+    t438 = c_6 * l_7u_y - s_6 * s_7_f_z
+    t441 = s_6 * l_7u_y + c_6 * s_7_f_z
+    s_6_7_n_x = s_6 * t411 - c_6 * t407
+    t447 = s_6 * t407 + c_6 * t411
+    s_6_7_n_y = -t447
+    t449 = c_6 * h_7u_y
+    t450 = s_6 * h_7u_y
+    t453 = s_6 * t429 + c_6 * m_7_7_n_x
+    k_6_7_x = c_6 * k_7_7_x + s_6 * t387
+    k_6_7_y = s_6 * k_7_7_x - c_6 * t387
+    # link 5 (joint5): Coriolis terms with joint 7
+    t464 = s_5 * t404 + c_5 * t438
+    t467 = s_5 * t438 - c_5 * t404
+    s_5_7_b_x = p_joint5_dh_d * t467 + (c_5 * s_6_7_n_x + s_5 * s_7_7_b_z)
+    t476 = t447 + p_joint5_dh_a * t467
+    t480 = p_joint5_dh_a * t441 + (s_5 * s_6_7_n_x - c_5 * s_7_7_b_z)
+    s_5_7_b_z = p_joint5_dh_d * t464 - t480
+    t484 = c_5 * t449 - s_5 * m_7_7_f_y
+    t487 = s_5 * t449 + c_5 * m_7_7_f_y
+    t494 = p_joint5_dh_d * t487 + (c_5 * t453 + s_5 * m_7_7_n_y)
+    m_5_7_b_y = s_6 * m_7_7_n_x - c_6 * t429 - p_joint5_dh_a * t487
+    k_5_7_x = c_5 * k_6_7_x + s_5 * k_7_7_y
+    t505 = c_5 * k_7_7_y - s_5 * k_6_7_x
+    # link 4 (joint4): Coriolis terms with joint 7
+    t508 = c_4 * t464 - s_4 * t441
+    s_4_7_n_x = s_4 * t476 + c_4 * s_5_7_b_x
+    t518 = s_5_7_b_z - p_joint4_dh_a * (s_4 * t464 + c_4 * t441)
+    s_4_7_b_z = s_4 * s_5_7_b_x - c_4 * t476 - p_joint4_dh_a * t467
+    t524 = c_4 * t484 - s_4 * t450
+    t530 = c_4 * t494 - s_4 * m_5_7_b_y
+    t535 = p_joint5_dh_d * t484 + (c_5 * m_7_7_n_y - s_5 * t453)
+    t537 = t535 - p_joint5_dh_a * t450 - p_joint4_dh_a * (c_4 * t450 + s_4 * t484)
+    t540 = s_4 * t494 + c_4 * m_5_7_b_y - p_joint4_dh_a * t487
+    k_4_7_x = c_4 * k_5_7_x - s_4 * k_6_7_y
+    k_4_7_y = c_4 * k_6_7_y + s_4 * k_5_7_x
+    # link 3 (joint3): Coriolis terms with joint 7
+    t559 = p_joint3_dh_d * (c_3 * t467 + s_3 * t508) + (s_3 * t518 + c_3 * s_4_7_n_x)
+    s_3_7_b_z = s_3 * s_4_7_n_x - c_3 * t518 - p_joint3_dh_d * (c_3 * t508 - s_3 * t467)
+    t570 = p_joint3_dh_d * (c_3 * t487 + s_3 * t524) + (c_3 * t530 + s_3 * t537)
+    k_3_7_x = s_3 * t505 + c_3 * k_4_7_x
+    # link 7 (joint7): composite body, before its turn
+    ss_7 = s_7 * s_7
+    sc_7 = c_7 * s_7
+    t582 = t86 - J_7_yy
+    S_7_p = t88 * -2.0
+    S_7_a = sc_7 * S_7_p + ss_7 * t582
+    S_7t_22 = J_7_yy + S_7_a
+    t591 = t355 + t374
+    t592 = t360 + t370
+    K_7_b = ss_7 * t592 + sc_7 * t591
+    # link 6 (joint6): composite body
+    t605 = t86 + J_6_xx + 2.0 * t427 - S_7_a
+    t606 = t113 - m_7_7_n_x
+    t611 = ss_7 * S_7_p + (t88 + t115) - sc_7 * t582 - p_joint7_dh_a * h_7u_y
+    t612 = t126 - m_7_7_n_y
+    h_6_x = J_6_x1 + m_7_7_f_y
+    # link 6 (joint6): composite body: flow of its moments
+    t616 = t113 * omega_6_z
+    t618 = sc_7 * t592 - ss_7 * t591 - t115 * omega_6_y
+    t622 = t618 + (t616 + (t355 - t410 - J_6_x1 * t330))
+    t629 = J_6_xx * omega_6_z + (k_7_7_x - t115 * t323 - p_joint7_dh_a * l_7_z)
+    K_6_12 = J_6_x1 * v_6_y + t629
+    t637 = t360 - K_7_b - t113 * t323 - p_joint7_dh_a * l_7u_y
+    t639 = J_6_xx * omega_6_y + (J_6_x1 * v_5_y + t637)
+    t645 = c_7 * K_7_31 + s_7 * t381 - t127 * t330 - t124 * omega_6_z
+    t646 = t126 * omega_6_y + t645
+    t647 = t126 * t323
+    t648 = t127 * v_6_y
+    K_6_22 = t353 - t372 - t616 - t647 - t648
+    t658 = t127 * v_5_y + (t113 * omega_6_y + (c_7 * t381 - s_7 * K_7_31))
+    K_6_23 = t124 * t323 + t658
+    t662 = t370 - K_7_b - t126 * omega_6_z
+    K_6_32 = k_7_7_y - t115 * omega_6_z
+    # link 6 (joint6): composite body: momentum
+    t666 = t404 - t127 * omega_6_z
+    t668 = l_7_z - J_6_x1 * omega_6_z
+    # link 6 (joint6): Coriolis terms
+    t671 = t622 + K_6_22
+    s_6_f_x = t668 + t323 * h_7u_y
+    t675 = t666 + omega_6_y * h_7u_y
+    t678 = t323 * h_6_x + t127 * omega_6_y
+    s_6_n_x = t662 + t323 * t606 - t330 * h_7u_y - omega_6_y * (t124 - S_7t_22)
+    t686 = v_6_y * h_7u_y
+    t692 = K_6_32 - t686 - omega_6_y * t606 - t323 * (S_7t_22 + t605)
+    s_6_n_z = omega_6_y * t611 + (t323 * t612 + (t330 * h_6_x + (t648 + t671)))
+    # link 6 (joint6): Coriolis terms with joint 6
+    s_6_6_f_x = c_6 * s_6_f_x + s_6 * t675
+    t705 = c_6 * t675 - s_6 * s_6_f_x
+    s_6_6_n_x = s_6 * t692 + c_6 * s_6_n_x
+    t709 = c_6 * t692
+    t710 = s_6 * s_6_n_x
+    s_6_6_n_y = t710 - t709
+    h_6u_y = s_6 * h_6_x - t127 * c_6
+    m_6_6_f_y = t127 * s_6 + c_6 * h_6_x
+    t721 = s_6 * t612 - c_6 * t611
+    t724 = c_6 * t612 + s_6 * t611
+    t725 = t124 - t605
+    k_6_6_x = c_6 * t639 + s_6 * K_6_23
+    K_6u_23 = c_6 * K_6_23 - s_6 * t639
+    # link 5 (joint5): Coriolis terms with joint 6
+    t734 = s_5 * t678 - c_5 * s_6_6_f_x
+    s_5_6_f_y = c_5 * t678 + s_5 * s_6_6_f_x
+    s_5_6_b_x = s_5 * s_6_n_z + c_5 * s_6_6_n_x - p_joint5_dh_d * s_5_6_f_y
+    t746 = t709 - t710 - p_joint5_dh_a * s_5_6_f_y
+    t750 = p_joint5_dh_a * t705 + (s_5 * s_6_6_n_x - c_5 * s_6_n_z)
+    s_5_6_b_z = p_joint5_dh_d * t734 - t750
+    t752 = c_5 * h_6u_y
+    t753 = s_5 * h_6u_y
+    t760 = s_5 * t725 + c_5 * t721 - p_joint5_dh_d * t753
+    m_5_6_b_y = t724 - p_joint5_dh_a * t753
+    t767 = s_5 * t671 + c_5 * k_6_6_x
+    t770 = c_5 * t671 - s_5 * k_6_6_x
+    # link 4 (joint4): Coriolis terms with joint 6
+    s_4_6_f_x = s_4 * t705 - c_4 * t734
+    s_4_6_n_x = s_4 * t746 + c_4 * s_5_6_b_x
+    t783 = s_5_6_b_z - p_joint4_dh_a * (s_4 * t734 + c_4 * t705)
+    s_4_6_b_z = p_joint4_dh_a * s_5_6_f_y + (s_4 * s_5_6_b_x - c_4 * t746)
+    t789 = s_4 * m_6_6_f_y + c_4 * t752
+    t795 = s_4 * m_5_6_b_y + c_4 * t760
+    t800 = c_5 * t725 - s_5 * t721 - p_joint5_dh_a * m_6_6_f_y
+    t802 = p_joint4_dh_a * (s_4 * t752 - c_4 * m_6_6_f_y) + (t800 - p_joint5_dh_d * t752)
+    t805 = p_joint4_dh_a * t753 + (s_4 * t760 - c_4 * m_5_6_b_y)
+    k_4_6_x = s_4 * K_6u_23 + c_4 * t767
+    t811 = c_4 * K_6u_23 - s_4 * t767
+    # link 3 (joint3): Coriolis terms with joint 6
+    s_3_6_f_x = c_3 * s_4_6_f_x - s_3 * s_5_6_f_y
+    s_3_6_f_y = c_3 * s_5_6_f_y + s_3 * s_4_6_f_x
+    t824 = s_3 * t783 + c_3 * s_4_6_n_x - p_joint3_dh_d * s_3_6_f_y
+    s_3_6_b_z = p_joint3_dh_d * s_3_6_f_x + (s_3 * s_4_6_n_x - c_3 * t783)
+    t835 = s_3 * t802 + c_3 * t795 - p_joint3_dh_d * (c_3 * t753 + s_3 * t789)
+    # link 6 (joint6): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    t847 = t124 + t605
+    S_6_p = -2.0 * t606
+    S_6_a = sc_6 * S_6_p + ss_6 * t847
+    t854 = t124 - S_6_a
+    t855 = t622 - K_6_22
+    K_6_p = K_6_12 - t646
+    t861 = ss_6 * K_6_p - sc_6 * t855
+    # link 5 (joint5): composite body
+    S_5_11 = J_5_xx + t605 - S_6_a
+    t872 = t139 + t721
+    t875 = ss_6 * S_6_p + (t141 + t606 - sc_6 * t847)
+    S_5_22 = J_5_yy + S_7t_22
+    t877 = t151 - t724
+    h_5_x = J_5_x1 + m_6_6_f_y
+    t879 = t152 + h_7u_y
+    # link 5 (joint5): composite body: flow of its moments
+    t881 = t139 * omega_5_z
+    t884 = sc_6 * K_6_p + ss_6 * t855 - t141 * t313
+    t887 = t881 + (t622 - J_5_x1 * t317) - t884
+    K_5_12 = J_5_x1 * v_5_y + (J_5_xx * omega_5_z + (k_6_6_x - t141 * t310))
+    K_5_13 = t139 * t310 + (J_5_xx * t313 + (K_6_12 - t861 - J_5_x1 * t307))
+    t906 = t151 * t313 + (s_6 * K_6_32 + c_6 * t662) - J_5_yy * omega_5_z
+    K_5_21 = t152 * t317 + t906
+    t909 = t151 * t310
+    t914 = t909 + (t152 * v_5_y + (t881 + (t374 + t618 - t647)))
+    t920 = t152 * t307 + (s_6 * t662 - c_6 * K_6_32 - J_5_yy * t310)
+    K_5_23 = t920 - t139 * t313
+    t924 = t646 + t861 - t151 * omega_5_z
+    t926 = K_6u_23 + t141 * omega_5_z
+    # link 5 (joint5): composite body: momentum
+    l_5_x = t152 * omega_5_z + (s_6 * t668 - c_6 * t666)
+    t933 = t127 * t323 + (l_7u_y - J_6_x1 * omega_6_y) - J_5_x1 * omega_5_z
+    t938 = s_6 * t666 + c_6 * t668 - J_5_x1 * t313 - t152 * t310
+    # link 5 (joint5): Coriolis terms
+    t939 = t887 - t914
+    s_5_f_x = t933 + t310 * h_6u_y
+    s_5_f_y = l_5_x + t313 * h_6u_y
+    s_5_f_z = t313 * t879 - t310 * h_5_x
+    s_5_n_x = t313 * (t854 - S_5_22) + (t310 * t872 + (t924 - t317 * h_6u_y))
+    t954 = v_5_y * h_6u_y
+    s_5_n_y = t926 + t954 - t313 * t872 - t310 * (t854 - S_5_11)
+    t967 = t317 * h_5_x + (t310 * t877 + (t939 + v_5_y * t879))
+    s_5_n_z = t967 - t313 * t875
+    # link 5 (joint5): Coriolis terms with joint 5
+    t971 = s_5 * s_5_f_y - c_5 * s_5_f_x
+    s_5_5_f_y = s_5 * s_5_f_x + c_5 * s_5_f_y
+    s_5_5_b_x = c_5 * s_5_n_x - s_5 * s_5_n_y - p_joint5_dh_d * s_5_5_f_y
+    t983 = s_5_n_z + p_joint5_dh_a * s_5_5_f_y
+    t987 = s_5 * s_5_n_x + c_5 * s_5_n_y - p_joint5_dh_d * t971
+    s_5_5_b_z = p_joint5_dh_a * s_5_f_z - t987
+    h_5u_y = s_5 * h_5_x - c_5 * t879
+    m_5_5_f_y = c_5 * h_5_x + s_5 * t879
+    t1001 = p_joint5_dh_d * m_5_5_f_y - (c_5 * t875 - s_5 * t877)
+    t1002 = p_joint5_dh_a * m_5_5_f_y
+    m_5_5_b_y = t1002 + (S_5_11 + S_5_22)
+    k_5_5_x = s_5 * K_5_23 - c_5 * K_5_13
+    K_5u_23 = c_5 * K_5_23 + s_5 * K_5_13
+    # link 4 (joint4): Coriolis terms with joint 5
+    t1014 = c_4 * t971 + s_4 * s_5_f_z
+    t1020 = s_4 * t983 - c_4 * s_5_5_b_x
+    t1024 = s_5_5_b_z - p_joint4_dh_a * (s_4 * t971 - c_4 * s_5_f_z)
+    s_4_5_b_z = p_joint4_dh_a * s_5_5_f_y + (s_4 * s_5_5_b_x + c_4 * t983)
+    t1028 = c_4 * h_5u_y
+    t1031 = c_4 * t1001 + s_4 * m_5_5_b_y
+    # link 3 (joint3): composite body
+    t1034 = p_joint4_dh_a * h_5u_y
+    # link 4 (joint4): Coriolis terms with joint 5
+    t1037 = s_5 * t875 + c_5 * t877 - p_joint5_dh_d * h_5u_y
+    m_4_5_b_y = s_4 * t1034 + t1037
+    m_4_5_b_z = p_joint4_dh_a * m_5_5_f_y + (c_4 * m_5_5_b_y - s_4 * t1001)
+    t1044 = s_4 * t939 - c_4 * k_5_5_x
+    k_4_5_y = s_4 * k_5_5_x + c_4 * t939
+    # link 3 (joint3): Coriolis terms with joint 5
+    t1060 = c_3 * t1020 - s_3 * t1024 - p_joint3_dh_d * (s_3 * t1014 - c_3 * s_5_5_f_y)
+    t1063 = p_joint3_dh_d * (s_3 * s_5_5_f_y + c_3 * t1014) + (c_3 * t1024 + s_3 * t1020)
+    s_3_5_b_z = -t1063
+    t1072 = s_3 * m_4_5_b_y + c_3 * t1031 - p_joint3_dh_d * (s_3 * t1028 - c_3 * m_5_5_f_y)
+    # link 5 (joint5): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    S_5_d = S_5_11 - S_5_22
+    S_5_p = -2.0 * t872
+    S_5_a = sc_5 * S_5_p + ss_5 * S_5_d
+    S_5t_22 = S_5_22 + S_5_a
+    t1092 = t887 + t914
+    K_5_p = K_5_12 + K_5_21
+    t1098 = sc_5 * t1092 - ss_5 * K_5_p
+    l_5u_x = c_5 * l_5_x + s_5 * t933
+    l_5u_y = s_5 * l_5_x - c_5 * t933
+    # link 4 (joint4): composite body
+    S_4_11 = J_4_xx + S_5_11 + 2.0 * t1002 - S_5_a
+    t1115 = t173 - t1001 - p_joint5_dh_a * h_6u_y
+    t1120 = p_joint5_dh_a * h_5u_y + (sc_5 * S_5_d + (t175 - t872 - ss_5 * S_5_p))
+    S_4_22 = J_4_yy - t854 + 2.0 * (p_joint5_dh_d * h_6u_y)
+    t1125 = t191 - t1037
+    h_4_x = J_4_x1 + m_5_5_f_y
+    h_4_y = J_4_y1 + h_6u_y
+    # link 4 (joint4): composite body: flow of its moments
+    t1128 = t173 * omega_4_z
+    t1133 = t175 * omega_4_y + (sc_5 * K_5_p + ss_5 * t1092)
+    t1136 = p_joint5_dh_a * l_5u_x + (t887 + t1128) - J_4_x1 * t296
+    t1137 = t1136 - t1133
+    t1144 = J_4_x1 * t299 + (k_5_5_x - J_4_xx * omega_4_z - t175 * omega_4_x)
+    t1145 = p_joint5_dh_a * t938 + t1144
+    t1152 = J_4_x1 * t286 + (t173 * omega_4_x + (K_5_12 + t1098))
+    t1154 = J_4_xx * omega_4_y + (p_joint5_dh_a * l_5u_y + t1152)
+    t1161 = J_4_yy * omega_4_z + (J_4_y1 * t296 + (c_5 * t924 - s_5 * t926))
+    t1163 = t191 * omega_4_y + (t1161 - p_joint5_dh_d * l_5u_x)
+    t1164 = t191 * omega_4_x
+    t1171 = t1164 + (t909 + (K_6_22 + t884) - t1128) - J_4_y1 * t299
+    K_4_22 = t1171 - p_joint5_dh_d * t938
+    t1179 = t173 * omega_4_y + (s_5 * t924 + c_5 * t926) - J_4_y1 * t286
+    K_4_23 = J_4_yy * omega_4_x + t1179 - p_joint5_dh_d * l_5u_y
+    t1184 = K_5_21 + t1098 - t191 * omega_4_z
+    t1186 = K_5u_23 + t175 * omega_4_z
+    # link 4 (joint4): composite body: momentum
+    l_4_x = l_5u_x - J_4_y1 * omega_4_z
+    t1190 = t938 - J_4_x1 * omega_4_z
+    t1194 = J_4_x1 * omega_4_y + (l_5u_y - J_4_y1 * omega_4_x)
+    # link 4 (joint4): Coriolis terms
+    t1195 = t1137 + K_4_22
+    s_4_f_x = t1190 + omega_4_x * h_5u_y
+    s_4_f_y = l_4_x + omega_4_y * h_5u_y
+    s_4_f_z = omega_4_x * h_4_x + omega_4_y * h_4_y
+    s_4_n_x = omega_4_y * (S_5t_22 + S_4_22) + (t1184 + t296 * h_5u_y - omega_4_x * t1115)
+    t1210 = t299 * h_5u_y
+    s_4_n_y = omega_4_y * t1115 + (t1186 + t1210) - omega_4_x * (S_5t_22 + S_4_11)
+    t1223 = omega_4_y * t1120 + (t1195 + t299 * h_4_y) - omega_4_x * t1125
+    s_4_n_z = t296 * h_4_x + t1223
+    # link 4 (joint4): Coriolis terms with joint 4
+    s_4_4_f_x = c_4 * s_4_f_x - s_4 * s_4_f_y
+    s_4_4_f_y = c_4 * s_4_f_y + s_4 * s_4_f_x
+    t1233 = s_4 * s_4_n_y - c_4 * s_4_n_x
+    t1237 = s_4_n_z + p_joint4_dh_a * s_4_4_f_y
+    s_4_4_b_z = s_4 * s_4_n_x + c_4 * s_4_n_y - p_joint4_dh_a * s_4_f_z
+    h_4u_y = s_4 * h_4_x + c_4 * h_4_y
+    t1246 = s_4 * h_4_y - c_4 * h_4_x
+    m_4_4_n_x = c_4 * t1120 - s_4 * t1125
+    t1252 = s_4 * t1120 + c_4 * t1125
+    t1253 = p_joint4_dh_a * t1246
+    t1255 = S_4_11 + S_4_22 - t1253
+    k_4_4_x = s_4 * K_4_23 + c_4 * t1154
+    k_4_4_y = s_4 * t1154 - c_4 * K_4_23
+    # link 3 (joint3): Coriolis terms with joint 4
+    s_3_4_f_x = s_3 * s_4_f_z + c_3 * s_4_4_f_x
+    s_3_4_f_y = s_3 * s_4_4_f_x - c_3 * s_4_f_z
+    t1274 = s_3 * t1237 - c_3 * t1233 - p_joint3_dh_d * s_3_4_f_y
+    s_3_4_b_z = p_joint3_dh_d * s_3_4_f_x - s_3 * t1233 - c_3 * t1237
+    # link 2 (joint2): composite body
+    t1279 = p_joint3_dh_d * h_4u_y
+    # link 3 (joint3): Coriolis terms with joint 4
+    m_3_4_b_x = c_3 * m_4_4_n_x + s_3 * (t1255 + t1279)
+    k_3_4_x = c_3 * k_4_4_x + s_3 * t1195
+    # link 4 (joint4): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 - S_4_22
+    S_4_p = -2.0 * t1115
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    S_4t_22 = S_4_22 + S_4_a
+    t1302 = t1137 - K_4_22
+    t1303 = t1145 + t1163
+    t1308 = sc_4 * t1302 + ss_4 * t1303
+    l_4u_x = s_4 * t1190 + c_4 * l_4_x
+    l_4u_y = s_4 * l_4_x - c_4 * t1190
+    # link 3 (joint3): composite body
+    t1322 = t206 + S_4_11 - 2.0 * t1253 - S_4_a
+    t1324 = t210 - t1034 - m_4_4_n_x
+    t1329 = ss_4 * S_4_p + (t212 + t1115 - sc_4 * S_4_d) - p_joint4_dh_a * h_4u_y
+    t1330 = t222 + S_5t_22
+    t1331 = t224 - t1252
+    h_3_x = J_3_x1 - t1246
+    t1333 = t225 - h_5u_y
+    # link 3 (joint3): composite body: flow of its moments
+    t1335 = t210 * omega_3_z
+    t1339 = t212 * omega_3_y + (ss_4 * t1302 - sc_4 * t1303)
+    t1342 = p_joint4_dh_a * l_4u_x + (J_3_x1 * v_3_x + (t1137 + t1335))
+    t1343 = t1342 - t1339
+    t1350 = p_joint4_dh_a * t1194 + (J_3_x1 * v_3_y + (k_4_4_x + t206 * omega_3_z))
+    K_3_12 = t1350 - t212 * t273
+    t1358 = t206 * omega_3_y + (t1145 - t1308) - t210 * t273 - p_joint4_dh_a * l_4u_y
+    t1364 = c_4 * t1184 - s_4 * t1186 - t222 * omega_3_z - t224 * omega_3_y
+    K_3_21 = t1364 - t225 * v_3_x
+    t1367 = t224 * t273
+    t1372 = t1367 + (t225 * v_3_y + (t1335 + (t1164 + (t914 - t1133))))
+    K_3_23 = t210 * omega_3_y + (c_4 * t1186 + s_4 * t1184) - t222 * t273
+    t1380 = t1163 - t1308 - t224 * omega_3_z
+    K_3_32 = k_4_4_y - t212 * omega_3_z
+    # link 3 (joint3): composite body: momentum
+    l_3_x = l_4u_x + t225 * omega_3_z
+    l_3_y = t1194 + J_3_x1 * omega_3_z
+    l_3_z = l_4u_y + t225 * t273 - J_3_x1 * omega_3_y
+    # link 3 (joint3): Coriolis terms
+    t1391 = t1343 - t1372
+    t1393 = l_3_y - t273 * h_4u_y
+    s_3_f_y = l_3_x - omega_3_y * h_4u_y
+    s_3_n_x = omega_3_y * (S_4t_22 + t1330) + (t273 * t1324 + (t1380 + v_3_x * h_4u_y))
+    t1403 = v_3_y * h_4u_y
+    t1409 = K_3_32 - t1403 - omega_3_y * t1324 - t273 * (S_4t_22 + t1322)
+    t1416 = t273 * t1331 + (v_3_y * t1333 + (t1391 - v_3_x * h_3_x))
+    s_3_n_z = omega_3_y * t1329 + t1416
+    # link 3 (joint3): Coriolis terms with joint 3
+    s_3_3_f_y = c_3 * s_3_f_y - s_3 * t1393
+    s_3_3_b_x = s_3 * t1409 + c_3 * s_3_n_x - p_joint3_dh_d * s_3_3_f_y
+    s_3_3_b_z = s_3 * s_3_n_x - c_3 * t1409 - p_joint3_dh_d * (c_3 * t1393 + s_3 * s_3_f_y)
+    h_3u_y = s_3 * h_3_x - c_3 * t1333
+    m_3_3_f_y = s_3 * t1333 + c_3 * h_3_x
+    t1447 = p_joint3_dh_d * m_3_3_f_y - (c_3 * t1329 - s_3 * t1331)
+    k_3_3_x = s_3 * K_3_23 + c_3 * t1358
+    K_3u_23 = c_3 * K_3_23 - s_3 * t1358
+    # link 3 (joint3): composite body, before its turn
+    ss_3 = s_3 * s_3
+    sc_3 = c_3 * s_3
+    t1460 = t1322 - t1330
+    S_3_p = -2.0 * t1324
+    S_3_a = sc_3 * S_3_p + ss_3 * t1460
+    t1467 = t1330 + S_3_a
+    t1468 = t1343 + t1372
+    K_3_p = K_3_12 + K_3_21
+    t1474 = sc_3 * t1468 - ss_3 * K_3_p
+    l_3u_y = s_3 * l_3_x + c_3 * l_3_y
+    # link 2 (joint2): composite body
+    t1485 = t237 + t1447
+    t1492 = p_joint3_dh_d * h_3u_y + (t254 - c_3 * t1331 - s_3 * t1329)
+    # link 2 (joint2): composite body: flow of its moments
+    t1494 = qd_2 * t237
+    t1496 = ss_3 * t1468 + sc_3 * K_3_p - t239 * t268
+    t1498 = t1343 + t1494 - t1496
+    K_2_13 = t237 * t267 + (J_2_xx * t268 + (K_3_12 + t1474))
+    t1507 = t254 * t267
+    K_2_22 = p_joint3_dh_d * l_3_z + (t1367 + (K_4_22 + t1339) - t1494 - t1507)
+    t1519 = t237 * t268 + (c_3 * K_3_32 - s_3 * t1380 - t252 * t267)
+    # link 2 (joint2): Coriolis terms
+    t1532 = qd_2 * t254 + (K_3_21 + t1474) - t267 * t1485 - t268 * (t252 - 2.0 * t1279 - S_4t_22 - t1467)
+    s_2_n_y = t267 * (t1467 + (J_2_xx + t1322 - S_3_a)) + (K_3u_23 + qd_2 * t239 - t268 * t1485)
+    t1542 = t268 * (ss_3 * S_3_p + (t239 + t1324) - sc_3 * t1460)
+    s_2_n_z = t267 * t1492 + (t1498 + K_2_22) - t1542
+    # link 2 (joint2): Coriolis terms with joint 2
+    K_2u_23 = s_2 * K_2_13 - c_2 * (p_joint3_dh_d * l_3u_y + t1519)
+    # link 2 (joint2): composite body, before its turn
+    t1556 = c_3 * t1380 + (k_3_3_x + s_3 * K_3_32) - t239 * t267
+    t1558 = p_joint3_dh_d * (s_3 * l_3_y - c_3 * l_3_x) + (t254 * t268 + t1556)
+    K_2_p = qd_2 * (J_2_xx + t252) + t1558
+    # link 1 (joint1): Coriolis terms
+    K_1_t = t1507 + (t1498 + (t1496 - t1372)) - s_2 * (s_2 * (t1498 - K_2_22) + c_2 * K_2_p)
+    t1584 = s_3 * k_4_4_x - c_3 * t1195 - t268 * m_3_4_b_x - t267 * t1252
+    t1589 = omega_3_y * m_4_4_n_x + (k_4_4_y - t1403) - t273 * t1255
+    t1590 = s_2 * (c_3 * t1044 - s_3 * K_5u_23) + c_2 * k_4_5_y
+    t1595 = t268 * t1072 - c_3 * K_5u_23 - s_3 * t1044 - t267 * m_4_5_b_z
+    t1602 = t273 * m_4_5_b_y + (k_4_5_y - omega_3_y * t1031 - v_3_x * m_5_5_f_y)
+    t1608 = K_5u_23 + t1210 - omega_4_x * m_5_5_b_y - omega_4_y * t1001
+    t1615 = t267 * t805 + (t268 * t835 + (s_3 * k_4_6_x - c_3 * t770))
+    t1622 = t273 * t802 - t811 - omega_3_y * t795 - v_3_y * t789
+    t1630 = t296 * m_6_6_f_y + (t770 - omega_4_y * t760 - omega_4_x * m_5_6_b_y)
+    t1642 = s_3 * k_4_7_x - c_3 * t505 - t267 * t540 - t268 * t570
+    t1649 = omega_3_y * t530 + (k_4_7_y - t273 * t537 - v_3_y * t524)
+    t1657 = t299 * t484 + (t505 - omega_4_x * m_5_7_b_y - t296 * t450)
+    t1665 = k_6_7_y - t317 * m_7_7_f_y - t310 * m_7_7_n_y - v_5_y * t449
+    t1671 = omega_6_y * m_7_7_n_x + (k_7_7_y - t686) - t323 * t429
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2 * t1532 - c_2 * s_2_n_y
+    out[2 * S + k] = c_2 * s_3_n_z - s_2 * s_3_3_b_x
+    out[3 * S + k] = c_2 * s_4_4_b_z - s_2 * t1274
+    out[4 * S + k] = s_2 * t1060 + c_2 * s_4_5_b_z
+    out[5 * S + k] = c_2 * s_4_6_b_z - s_2 * t824
+    out[6 * S + k] = c_2 * s_4_7_b_z - s_2 * t559
+    out[7 * S + k] = K_2u_23
+    out[8 * S + k] = s_2_n_z
+    out[9 * S + k] = s_3_3_b_z
+    out[10 * S + k] = s_3_4_b_z
+    out[11 * S + k] = s_3_5_b_z
+    out[12 * S + k] = s_3_6_b_z
+    out[13 * S + k] = s_3_7_b_z
+    out[14 * S + k] = c_2 * t1391 - s_2 * k_3_3_x
+    out[15 * S + k] = t268 * t1447 - K_3u_23 - t267 * (t1322 + t1330)
+    out[16 * S + k] = s_3_n_z
+    out[17 * S + k] = s_4_4_b_z
+    out[18 * S + k] = s_4_5_b_z
+    out[19 * S + k] = s_4_6_b_z
+    out[20 * S + k] = s_4_7_b_z
+    out[21 * S + k] = c_2 * k_4_4_y - s_2 * k_3_4_x
+    out[22 * S + k] = t1584
+    out[23 * S + k] = t1589
+    out[24 * S + k] = s_4_n_z
+    out[25 * S + k] = s_5_5_b_z
+    out[26 * S + k] = s_5_6_b_z
+    out[27 * S + k] = s_5_7_b_z
+    out[28 * S + k] = t1590
+    out[29 * S + k] = t1595
+    out[30 * S + k] = t1602 - v_3_y * t1028
+    out[31 * S + k] = t1608
+    out[32 * S + k] = s_5_n_z
+    out[33 * S + k] = s_6_6_n_y
+    out[34 * S + k] = s_6_7_n_y
+    out[35 * S + k] = -(s_2 * (s_3 * t770 + c_3 * k_4_6_x) + c_2 * t811)
+    out[36 * S + k] = t1615
+    out[37 * S + k] = v_3_x * t753 + t1622
+    out[38 * S + k] = t299 * t752 + t1630
+    out[39 * S + k] = t313 * t721 + (t310 * t725 - K_6u_23 - t954)
+    out[40 * S + k] = s_6_n_z
+    out[41 * S + k] = s_7_7_b_z
+    out[42 * S + k] = c_2 * k_4_7_y - s_2 * k_3_7_x
+    out[43 * S + k] = t1642
+    out[44 * S + k] = v_3_x * t487 + t1649
+    out[45 * S + k] = omega_4_y * t494 + t1657
+    out[46 * S + k] = t1665 - t313 * t453
+    out[47 * S + k] = t1671
+    out[48 * S + k] = s_7_n_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(49)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if qd.shape[0] != 7:
+        raise ValueError("qd must have 7 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 49:
+        raise ValueError("out must have 49 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 139:
+        raise ValueError("coriolis_matrix_p_packed takes 139 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:7], both[7:14], both[14:90], both[90:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(7):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(49):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 49))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if qd.shape[0] != 7 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 7 rows")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((49, count))
+    q_ = np.zeros(224)
+    qd_ = np.zeros(224)
+    block = np.empty(1568)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(7):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(49):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((7, 7, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 1 (joint1): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 1 (joint1): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (joint2): force on the tool
+    f_2_x = c_2 * f_1_x - w_3 * s_2
+    t41 = w_3 * c_2 + s_2 * f_1_x
+    # link 2 (joint2): moment on the tool
+    t44 = w_6 * s_2 - c_2 * n_1_x
+    t47 = w_6 * c_2 + s_2 * n_1_x
+    # link 3 (joint3): force on the tool
+    f_3_x = c_3 * f_2_x + s_3 * f_1_y
+    f_3_y = c_3 * f_1_y - s_3 * f_2_x
+    # link 3 (joint3): moment on the tool
+    n_3_x = s_3 * n_1_y - c_3 * t44
+    n_3_y = s_3 * t44 + c_3 * n_1_y
+    # link 4 (joint4): force on the tool
+    f_4_x = s_4 * t41 + c_4 * f_3_x
+    f_4_y = c_4 * t41 - s_4 * f_3_x
+    # link 4 (joint4): moment on the tool
+    n_4_x = c_4 * n_3_x + s_4 * t47
+    t71 = s_4 * n_3_x - c_4 * t47
+    # link 5 (joint5): force on the tool
+    f_5_x = c_5 * f_4_x + s_5 * f_3_y
+    # link 5 (joint5): moment on the tool
+    n_5_x = c_5 * n_4_x + s_5 * n_3_y
+    # link 6 (joint6): place of the tool, before its turn
+    r_6t_x = c_6 * 0.088
+    r_6t_y = s_6 * 0.088
+    # link 5 (joint5): place of the tool, before its turn
+    r_5t_x = c_5 * r_6t_x
+    r_5t_y = s_5 * r_6t_x
+    # link 5 (joint5): place of the tool in frame 4
+    r_5_x = r_5t_x - 0.0825
+    r_5_y = r_6t_y + 0.384
+    # link 4 (joint4): place of the tool, before its turn
+    r_4t_x = c_4 * r_5_x - s_4 * r_5_y
+    r_4t_y = c_4 * r_5_y + s_4 * r_5_x
+    # link 4 (joint4): place of the tool in frame 3
+    r_4_x = 0.0825 + r_4t_x
+    # link 3 (joint3): place of the tool, before its turn
+    r_3t_x = c_3 * r_4_x - s_3 * r_5t_y
+    r_3t_y = s_3 * r_4_x + c_3 * r_5t_y
+    # link 3 (joint3): place of the tool in frame 2
+    t105 = r_4t_y + 0.316
+    # link 2 (joint2): place of the tool, before its turn
+    r_2t_x = s_2 * t105 + c_2 * r_3t_x
+    r_2t_y = s_2 * r_3t_x - c_2 * t105
+    # link 1 (joint1): place of the tool, before its turn
+    r_1t_x = c_1 * r_2t_x - s_1 * r_3t_y
+    r_1t_y = c_1 * r_3t_y + s_1 * r_2t_x
+    t142 = f_4_y * r_6t_x + (s_5 * n_4_x - c_5 * n_3_y) - f_5_x * r_6t_y
+    out[0 * S + k] = w_6 + w_2 * r_1t_x - w_1 * r_1t_y
+    out[1 * S + k] = n_1_y - f_1_x * r_2t_y - w_3 * r_2t_x
+    out[2 * S + k] = t47 + f_1_y * r_3t_x - f_2_x * r_3t_y
+    out[3 * S + k] = t41 * r_4t_x - n_3_y - f_3_x * r_4t_y
+    out[4 * S + k] = f_3_y * r_5t_x - t71 - f_4_x * r_5t_y
+    out[5 * S + k] = t142
+    out[6 * S + k] = c_6 * t71 + s_6 * n_5_x
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(7)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 7:
+        raise ValueError("out must have 7 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("wrench_effort_packed takes 20 numbers: q, wrench, result")
+    _wrench_effort(both[0:7], both[7:13], both[13:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(224)
+    wrench_ = np.zeros(192)
+    block = np.empty(224)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(7):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 7))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 7))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((7, count))
+    q_ = np.zeros(224)
+    wrench_ = np.zeros(192)
+    block = np.empty(224)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(7):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_joint3_dh_d = p[2]
+    p_joint4_dh_a = p[3]
+    p_joint5_dh_d = p[4]
+    p_joint5_dh_a = p[5]
+    p_joint7_dh_a = p[6]
+    # link 1 (joint1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (joint2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (joint3): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (joint4): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (joint5): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (joint6): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 1 (joint1): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 1 (joint1): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (joint2): force on the tool
+    f_2_x = c_2 * f_1_x - w_3 * s_2
+    t46 = w_3 * c_2 + s_2 * f_1_x
+    # link 2 (joint2): moment on the tool
+    t49 = w_6 * s_2 - c_2 * n_1_x
+    t52 = w_6 * c_2 + s_2 * n_1_x
+    # link 3 (joint3): force on the tool
+    f_3_x = c_3 * f_2_x + s_3 * f_1_y
+    f_3_y = c_3 * f_1_y - s_3 * f_2_x
+    # link 3 (joint3): moment on the tool
+    n_3_x = s_3 * n_1_y - c_3 * t49
+    n_3_y = s_3 * t49 + c_3 * n_1_y
+    # link 4 (joint4): force on the tool
+    f_4_x = s_4 * t46 + c_4 * f_3_x
+    f_4_y = c_4 * t46 - s_4 * f_3_x
+    # link 4 (joint4): moment on the tool
+    n_4_x = c_4 * n_3_x + s_4 * t52
+    t76 = s_4 * n_3_x - c_4 * t52
+    # link 5 (joint5): force on the tool
+    f_5_x = c_5 * f_4_x + s_5 * f_3_y
+    # link 5 (joint5): moment on the tool
+    n_5_x = c_5 * n_4_x + s_5 * n_3_y
+    # link 6 (joint6): place of the tool, before its turn
+    r_6t_x = p_joint7_dh_a * c_6
+    r_6t_y = p_joint7_dh_a * s_6
+    # link 5 (joint5): place of the tool, before its turn
+    r_5t_x = c_5 * r_6t_x
+    r_5t_y = s_5 * r_6t_x
+    # link 5 (joint5): place of the tool in frame 4
+    r_5_x = p_joint5_dh_a + r_5t_x
+    r_5_y = p_joint5_dh_d + r_6t_y
+    # link 4 (joint4): place of the tool, before its turn
+    r_4t_x = c_4 * r_5_x - s_4 * r_5_y
+    r_4t_y = c_4 * r_5_y + s_4 * r_5_x
+    # link 4 (joint4): place of the tool in frame 3
+    r_4_x = p_joint4_dh_a + r_4t_x
+    # link 3 (joint3): place of the tool, before its turn
+    r_3t_x = c_3 * r_4_x - s_3 * r_5t_y
+    r_3t_y = s_3 * r_4_x + c_3 * r_5t_y
+    # link 3 (joint3): place of the tool in frame 2
+    t106 = p_joint3_dh_d + r_4t_y
+    # link 2 (joint2): place of the tool, before its turn
+    r_2t_x = s_2 * t106 + c_2 * r_3t_x
+    r_2t_y = s_2 * r_3t_x - c_2 * t106
+    # link 1 (joint1): place of the tool, before its turn
+    r_1t_x = c_1 * r_2t_x - s_1 * r_3t_y
+    r_1t_y = c_1 * r_3t_y + s_1 * r_2t_x
+    t143 = f_4_y * r_6t_x + (s_5 * n_4_x - c_5 * n_3_y) - f_5_x * r_6t_y
+    out[0 * S + k] = w_6 + w_2 * r_1t_x - w_1 * r_1t_y
+    out[1 * S + k] = n_1_y - f_1_x * r_2t_y - w_3 * r_2t_x
+    out[2 * S + k] = t52 + f_1_y * r_3t_x - f_2_x * r_3t_y
+    out[3 * S + k] = t46 * r_4t_x - n_3_y - f_3_x * r_4t_y
+    out[4 * S + k] = f_3_y * r_5t_x - t76 - f_4_x * r_5t_y
+    out[5 * S + k] = t143
+    out[6 * S + k] = c_6 * t76 + s_6 * n_5_x
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    out = np.empty(7)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    if out.size != 7:
+        raise ValueError("out must have 7 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 96:
+        raise ValueError("wrench_effort_p_packed takes 96 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:7], both[7:13], both[13:89], both[89:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(224)
+    wrench_ = np.zeros(192)
+    block = np.empty(224)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(7):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(7):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 7))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    out = np.empty((count, 7))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 7:
+        raise ValueError("q must have 7 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[1]
+    out = np.empty((7, count))
+    q_ = np.zeros(224)
+    wrench_ = np.zeros(192)
+    block = np.empty(224)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(7):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(7):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

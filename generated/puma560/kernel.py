@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'puma560'
 COORDINATES = ('waist', 'shoulder', 'elbow', 'wrist_roll', 'wrist_bend', 'flange')
@@ -318,6 +319,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("inverse_dynamics_packed takes 24 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -365,7 +374,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -389,19 +398,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -786,6 +799,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 89:
+        raise ValueError("inverse_dynamics_p_packed takes 89 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -837,7 +858,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -863,19 +884,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1223,6 +1248,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("forward_dynamics_packed takes 24 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1270,7 +1303,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1294,19 +1327,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1831,6 +1868,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 89:
+        raise ValueError("forward_dynamics_p_packed takes 89 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1882,7 +1927,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1908,19 +1953,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2092,6 +2141,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_packed takes 42 numbers: q, result")
+    _mass_matrix(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2125,7 +2182,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2143,13 +2200,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2441,6 +2500,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 107:
+        raise ValueError("mass_matrix_p_packed takes 107 numbers: q, p, result")
+    _mass_matrix_p(both[0:6], both[6:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2478,7 +2545,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2498,13 +2565,725 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 5 (wrist_bend): effort when joint 6 is accelerated
+    m_5_6_n_x = s_5 * -3.9999999999999996e-05
+    m_5_6_n_y = c_5 * 3.9999999999999996e-05
+    # link 4 (wrist_roll): effort when joint 6 is accelerated
+    m_4_6_n_x = c_4 * m_5_6_n_x
+    m_4_6_n_y = s_4 * m_5_6_n_x
+    # link 3 (elbow): effort when joint 6 is accelerated
+    m_3_6_n_y = c_3 * m_5_6_n_y + s_3 * m_4_6_n_x
+    # link 2 (shoulder): effort when joint 6 is accelerated
+    t26 = s_2 * (s_3 * m_5_6_n_y - c_3 * m_4_6_n_x) - c_2 * m_3_6_n_y
+    # link 5 (wrist_bend): effort when joint 5 is accelerated
+    m_5_5_f_x = c_5 * -0.0028799999999999997
+    m_5_5_f_y = s_5 * -0.0028799999999999997
+    # link 4 (wrist_roll): effort when joint 5 is accelerated
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t33 = m_4_5_f_y * 0.4318
+    m_4_5_b_x = s_4 * 0.0006421599999999999 - t33
+    m_4_5_b_y = m_4_5_f_y * 0.0203
+    t42 = c_4 * 0.0006421599999999999 - s_5 * 5.846399999999999e-05
+    t44 = t42 - m_4_5_f_x * 0.4318
+    # link 3 (elbow): effort when joint 5 is accelerated
+    m_3_5_f_x = c_3 * m_4_5_f_x - s_3 * m_5_5_f_y
+    m_3_5_f_y = s_3 * m_4_5_f_x + c_3 * m_5_5_f_y
+    t58 = s_3 * m_4_5_b_y + m_3_5_f_y * 0.15005 - c_3 * m_4_5_b_x
+    m_3_5_b_y = c_3 * m_4_5_b_y + (s_3 * m_4_5_b_x + (t33 + m_3_5_f_x * 0.15005))
+    t64 = t44 + 0.4318 * m_3_5_f_y
+    # link 2 (shoulder): effort when joint 5 is accelerated
+    m_2_5_n_y = c_2 * m_3_5_b_y - s_2 * t58
+    # link 5 (wrist_bend): composite body, before its turn
+    t68 = c_5 * c_5
+    t69 = s_5 * s_5
+    t72 = c_5 * s_5 * 0.00020215999999999998
+    # link 4 (wrist_roll): composite body
+    t77 = t68 * 0.00022 + t69 * 0.00042216
+    C_4_xx = t77 + 0.00065
+    # link 4 (wrist_roll): effort when joint 4 is accelerated
+    M_4_4 = t77 + 0.00142
+    C_4t_y1 = s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y
+    t86 = 0.4318 * m_4_4_f_y
+    t87 = c_4 * t72 - t86
+    m_4_4_b_y = M_4_4 + 0.0203 * m_4_4_f_y
+    t90 = 0.4318 * C_4t_y1
+    t91 = s_4 * t72 - t90
+    # link 3 (elbow): effort when joint 4 is accelerated
+    t92 = s_3 * C_4t_y1
+    m_3_4_b_x = c_3 * t87 + (0.15005 * t92 - s_3 * m_4_4_b_y)
+    m_3_4_b_y = t86 + s_3 * t87 - c_3 * (0.15005 * C_4t_y1 - m_4_4_b_y)
+    # link 4 (wrist_roll): composite body, before its turn
+    t107 = s_4 * 0.0007700000000000001
+    t109 = c_4 * C_4_xx
+    # link 3 (elbow): composite body
+    C_3_xx = c_4 * t109 + (s_4 * t107 + m_4_4_f_y * 0.0406) + 0.01676511249999999
+    C_3_xy = c_5 * 5.846399999999999e-05 - t87 + 0.011273199
+    t127 = s_4 * t109 + (0.0203 * C_4t_y1 - c_4 * t107)
+    C_3_x1 = m_4_4_f_y + 0.025374999999999995
+    t135 = c_5 * 0.0024871679999999997 + t68 * 0.00042216 + t69 * 0.00022
+    C_3_yy = t135 + 0.34123495800000003
+    t139 = t91 + 0.0047376
+    C_3_y1 = c_5 * 0.0028799999999999997 + 0.8913300000000001
+    # link 3 (elbow): effort when joint 3 is accelerated
+    C_3t_y1 = c_3 * C_3_y1 + s_3 * C_3_x1
+    t149 = s_3 * C_3_y1 - c_3 * C_3_x1
+    m_3_3_b_x = s_3 * t139 + (c_3 * t127 + 0.15005 * t149)
+    t159 = c_3 * t139 + 0.15005 * C_3t_y1 - s_3 * t127
+    # link 3 (elbow): composite body, before its turn
+    t162 = c_3 * C_3_xy
+    t164 = t162 - s_3 * C_3_yy
+    t166 = s_3 * C_3_xy
+    t168 = t166 - c_3 * C_3_xx
+    # link 2 (shoulder): composite body
+    t183 = c_3 * t168 + (s_3 * t164 + t149 * 0.8636) - 1.6749876019999999
+    C_2_xy = c_3 * t164 + (0.4318 * C_3t_y1 - s_3 * t168) + 0.007099200000000007
+    t192 = c_3 * (t166 + c_3 * C_3_yy) + s_3 * (t162 + s_3 * C_3_xx)
+    C_2_yy = t192 + 0.07312640000000004
+    C_2_yz = t159 + 0.023751
+    # solve: L D L^T
+    t208 = t26 * 5.151863922779921
+    t209 = m_4_6_n_y * 5.151863922779921
+    t211 = c_5 * 0.0002060745569111968
+    t213 = t26 * t209
+    t214 = m_4_6_n_y * t209
+    t217 = t26 * t211 + (s_2 * m_3_4_b_x + c_2 * m_3_4_b_y)
+    t219 = t91 - m_4_6_n_y * t211
+    t221 = t219 + 0.4318 * t92
+    t227 = m_2_5_n_y * 5.83606090588883
+    t228 = t64 * 5.83606090588883
+    t229 = t44 * 5.83606090588883
+    t237 = 1.0 / (M_4_4 - m_5_6_n_y * t211 + 0.19079062612368)
+    t238 = t217 * t237
+    t239 = t221 * t237
+    t240 = t219 * t237
+    t247 = s_2 * m_3_3_b_x - c_2 * t159 - t213 - m_2_5_n_y * t229
+    t248 = t217 * t240 + t247
+    t251 = C_3_xx + C_3_yy - t214
+    t255 = t221 * t240 + (t64 * t229 + 0.4318 * t149) - t251
+    t261 = 1.0 / (t219 * t240 + (t44 * t229 - t251) - 0.576873331938)
+    t262 = t248 * t261
+    t263 = t255 * t261
+    t266 = c_2 * C_2_yz - s_2 * (t90 + m_3_3_b_x - 0.6903913435)
+    t270 = t248 * t263 + (m_2_5_n_y * t228 + (t213 + t266) - t217 * t239)
+    t275 = t221 * t239 + (t64 * t228 + (t214 + (t183 - C_2_yy)))
+    t279 = 1.0 / (t275 - t255 * t263 - 2.324814845)
+    t280 = t270 * t279
+    t286 = c_2 * (c_2 * t183 + s_2 * C_2_xy) + (C_4t_y1 * 0.3001 - C_4_xx * (s_4 * s_4))
+    t288 = t26 * t208 + (t286 - s_2 * (s_2 * C_2_yy - c_2 * C_2_xy))
+    t291 = t217 * t238 + (m_2_5_n_y * t227 + t288) - t248 * t262
+    t294 = t291 - t270 * t280 - 0.0007700000000000001 * (c_4 * c_4)
+    t297 = 1.0 / (t294 - 2.245819539767)
+    t299 = t280 * t297
+    t302 = t262 * t297 + t263 * t299
+    t303 = -t302
+    t308 = t238 * t297 + t239 * t299 - t240 * t302
+    t313 = t229 * t302 + (t227 * t297 - t228 * t299)
+    t319 = t209 * (t299 - t302) - (t208 * t297 + t211 * t308)
+    t321 = t279 + t280 * t299
+    t325 = t262 * t299 + t263 * t321
+    t328 = t240 * t325
+    t329 = t238 * t299 + t239 * t321
+    t330 = t329 - t328
+    t331 = t328 - t329
+    t336 = t229 * t325 + (t227 * t299 - t228 * t321)
+    t337 = -t336
+    t340 = t209 * t325
+    t344 = t211 * t330 + (t340 + (t208 * t299 - t209 * t321))
+    t348 = t263 * t325 + (t261 + t262 * t302)
+    t354 = t238 * t302 + t239 * t325 - t240 * t348
+    t359 = t229 * t348 + (t227 * t302 - t228 * t325)
+    t365 = t340 - t208 * t302 - t209 * t348 - t211 * t354
+    t371 = t240 * t354 + (t237 - t238 * t308 - t239 * t330)
+    t376 = t229 * t354 + (t227 * t308 - t228 * t330)
+    t377 = -t376
+    t383 = t208 * t308 - t211 * t371 - t209 * (t330 - t354)
+    t389 = 5.83606090588883 + (t228 * t336 - t227 * t313 - t229 * t359)
+    t395 = t208 * t313 + t211 * t376 - t209 * (t336 - t359)
+    t402 = 5.151863922779921 + (t209 * (t344 + t365) + (t208 * t319 - t211 * t383))
+    out[0 * S + k] = -t297
+    out[1 * S + k] = t299
+    out[2 * S + k] = t303
+    out[3 * S + k] = t308
+    out[4 * S + k] = t313
+    out[5 * S + k] = t319
+    out[6 * S + k] = t299
+    out[7 * S + k] = -t321
+    out[8 * S + k] = t325
+    out[9 * S + k] = t331
+    out[10 * S + k] = t337
+    out[11 * S + k] = t344
+    out[12 * S + k] = t303
+    out[13 * S + k] = t325
+    out[14 * S + k] = -t348
+    out[15 * S + k] = t354
+    out[16 * S + k] = t359
+    out[17 * S + k] = t365
+    out[18 * S + k] = t308
+    out[19 * S + k] = t331
+    out[20 * S + k] = t354
+    out[21 * S + k] = t371
+    out[22 * S + k] = t377
+    out[23 * S + k] = t383
+    out[24 * S + k] = t313
+    out[25 * S + k] = t337
+    out[26 * S + k] = t359
+    out[27 * S + k] = t377
+    out[28 * S + k] = t389
+    out[29 * S + k] = t395
+    out[30 * S + k] = t319
+    out[31 * S + k] = t344
+    out[32 * S + k] = t365
+    out[33 * S + k] = t383
+    out[34 * S + k] = t395
+    out[35 * S + k] = t402
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_inverse_packed takes 42 numbers: q, result")
+    _mass_matrix_inverse(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_G_1 = p[1]
+    p_J_m1 = p[2]
+    p_G_2 = p[6]
+    p_J_m2 = p[7]
+    p_G_3 = p[11]
+    p_J_m3 = p[12]
+    p_G_4 = p[16]
+    p_J_m4 = p[17]
+    p_G_5 = p[21]
+    p_J_m5 = p[22]
+    p_G_6 = p[26]
+    p_J_m6 = p[27]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    p_waist_inertia_yy = p[36]
+    p_shoulder_mass = p[37]
+    p_shoulder_com_x = p[38]
+    p_shoulder_com_y = p[39]
+    p_shoulder_com_z = p[40]
+    p_shoulder_inertia_xx = p[41]
+    p_shoulder_inertia_yy = p[42]
+    p_shoulder_inertia_zz = p[43]
+    p_elbow_mass = p[44]
+    p_elbow_com_x = p[45]
+    p_elbow_com_y = p[46]
+    p_elbow_com_z = p[47]
+    p_elbow_inertia_xx = p[48]
+    p_elbow_inertia_yy = p[49]
+    p_elbow_inertia_zz = p[50]
+    p_wrist_roll_mass = p[51]
+    p_wrist_roll_com_y = p[52]
+    p_wrist_roll_inertia_xx = p[53]
+    p_wrist_roll_inertia_yy = p[54]
+    p_wrist_roll_inertia_zz = p[55]
+    p_wrist_bend_mass = p[56]
+    p_wrist_bend_inertia_xx = p[57]
+    p_wrist_bend_inertia_yy = p[58]
+    p_wrist_bend_inertia_zz = p[59]
+    p_flange_mass = p[60]
+    p_flange_com_z = p[61]
+    p_flange_inertia_xx = p[62]
+    p_flange_inertia_yy = p[63]
+    p_flange_inertia_zz = p[64]
+    # link 6 (flange): base parameters
+    t39 = p_flange_inertia_xx * 0.5
+    t40 = p_flange_inertia_yy * 0.5
+    t41 = p_flange_inertia_zz * 0.5
+    t43 = t39 - t40 - t41
+    t44 = t40 - t41
+    t45 = t39 - t44
+    J_6_z1 = p_flange_mass * p_flange_com_z
+    # link 5 (wrist_bend): base parameters
+    t48 = p_wrist_bend_inertia_zz * 0.5
+    t49 = p_wrist_bend_inertia_xx * 0.5
+    t50 = p_wrist_bend_inertia_yy * 0.5
+    t54 = t49 + (p_flange_com_z * J_6_z1 + (t39 + t44) - t48)
+    J_5_yy = t50 + t54
+    # link 4 (wrist_roll): base parameters
+    t56 = p_wrist_roll_inertia_zz * 0.5
+    J_4_z1 = p_wrist_roll_mass * p_wrist_roll_com_y
+    J_4_11 = p_flange_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (elbow): base parameters
+    t62 = p_elbow_mass * (p_elbow_dh_a + p_elbow_com_x)
+    t63 = p_elbow_inertia_zz * 0.5
+    t64 = p_elbow_dh_a * J_4_11
+    t67 = J_4_z1 + p_wrist_roll_dh_d * J_4_11
+    t68 = p_elbow_mass * p_elbow_com_z
+    t70 = p_elbow_mass * p_elbow_com_y
+    J_3_11 = p_elbow_mass + J_4_11
+    # link 2 (shoulder): base parameters
+    t74 = p_shoulder_inertia_xx * 0.5
+    t76 = p_shoulder_mass * (p_shoulder_dh_a + p_shoulder_com_x)
+    t77 = p_elbow_dh_d * J_3_11
+    t78 = p_shoulder_mass * p_shoulder_com_y
+    J_2_yz = p_shoulder_com_z * t78
+    t82 = p_shoulder_mass * (p_shoulder_com_z * p_shoulder_com_z)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (flange): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (flange): effort when joint 6 is accelerated
+    t93 = t43 - t45
+    # link 5 (wrist_bend): effort when joint 6 is accelerated
+    t94 = s_5 * t93
+    t95 = c_5 * t93
+    # link 4 (wrist_roll): effort when joint 6 is accelerated
+    t96 = c_4 * t94
+    t97 = s_4 * t94
+    # link 2 (shoulder): effort when joint 6 is accelerated
+    t106 = s_2 * (s_3 * t95 + c_3 * t96) - c_2 * (c_3 * t95 - s_3 * t96)
+    # link 6 (flange): composite body, before its turn
+    t107 = s_6 * s_6
+    t109 = c_6 * c_6
+    t113 = (t43 + t45) * (c_6 * s_6)
+    # link 5 (wrist_bend): composite body
+    t116 = t49 - t50
+    t119 = t48 + t45 * t107 - t43 * t109 - t116
+    # link 5 (wrist_bend): effort when joint 5 is accelerated
+    M_5_5 = J_5_yy + t119
+    C_5t_y1 = J_6_z1 * c_5
+    t122 = J_6_z1 * s_5
+    t123 = c_5 * t113
+    t124 = s_5 * t113
+    # link 4 (wrist_roll): effort when joint 5 is accelerated
+    t125 = c_4 * C_5t_y1
+    t126 = s_4 * C_5t_y1
+    t128 = c_4 * t123
+    t129 = s_4 * t123
+    m_4_5_b_x = p_wrist_roll_dh_d * t126 + (s_4 * M_5_5 - t128)
+    t135 = t124 + p_elbow_dh_a * t126
+    t140 = p_wrist_roll_dh_d * t125 + (t129 + c_4 * M_5_5 - p_elbow_dh_a * t122)
+    # link 3 (elbow): effort when joint 5 is accelerated
+    t146 = s_3 * t125 + c_3 * t122
+    t153 = p_elbow_dh_d * t146 + (s_3 * t135 + c_3 * m_4_5_b_x)
+    t157 = s_3 * m_4_5_b_x - c_3 * t135 - p_shoulder_dh_a * t126
+    m_3_5_b_y = t157 - p_elbow_dh_d * (c_3 * t125 - s_3 * t122)
+    t160 = t140 - p_shoulder_dh_a * t146
+    # link 2 (shoulder): effort when joint 5 is accelerated
+    m_2_5_n_y = c_2 * m_3_5_b_y + s_2 * t153
+    # link 5 (wrist_bend): composite body, before its turn
+    t164 = c_5 * c_5
+    t166 = s_5 * s_5
+    t170 = (J_5_yy - t119) * (c_5 * s_5)
+    # link 4 (wrist_roll): composite body
+    t173 = p_wrist_roll_inertia_yy * 0.5
+    t174 = p_wrist_roll_inertia_xx * 0.5
+    t175 = t173 - t174
+    C_4_xx = t175 + (J_5_yy * t166 + (t56 + t119 * t164))
+    t183 = t173 + (t116 + (t45 * t109 + (t48 - t56 - t43 * t107)))
+    C_4_yy = t174 + t183
+    # link 4 (wrist_roll): effort when joint 4 is accelerated
+    M_4_4 = C_4_xx + C_4_yy
+    m_4_4_f_x = s_4 * t122
+    t187 = c_4 * t122
+    t194 = p_wrist_roll_dh_d * t187 + (c_4 * t170 - s_4 * t124)
+    t195 = p_elbow_dh_a * t187
+    m_4_4_b_y = M_4_4 - t195
+    t199 = p_wrist_roll_dh_d * m_4_4_f_x + (s_4 * t170 + c_4 * t124)
+    # link 3 (elbow): effort when joint 4 is accelerated
+    m_3_4_f_y = s_3 * m_4_4_f_x
+    t206 = p_elbow_dh_d * m_3_4_f_y + (s_3 * m_4_4_b_y - c_3 * t194)
+    m_3_4_b_y = c_3 * (m_4_4_b_y + p_elbow_dh_d * m_4_4_f_x) + (s_3 * t194 - p_shoulder_dh_a * t187)
+    # link 4 (wrist_roll): composite body, before its turn
+    t217 = t128 + s_4 * C_4_yy
+    t220 = t129 + c_4 * C_4_xx
+    # link 3 (elbow): composite body
+    t231 = t62 + t64
+    t233 = p_elbow_inertia_xx * 0.5
+    t234 = p_elbow_inertia_yy * 0.5
+    t240 = p_elbow_com_x * t62 + (c_4 * t220 + (s_4 * t217 + (t63 - t195 * 2.0)))
+    t243 = t234 + (p_elbow_dh_a * t231 + t240 - t233)
+    t248 = p_elbow_com_z * t62 + (p_wrist_roll_dh_d * t64 - t194)
+    C_3_xy = p_elbow_dh_a * (J_4_z1 + C_5t_y1) + t248
+    t253 = p_elbow_dh_a * m_4_4_f_x + (c_4 * t217 - s_4 * t220)
+    t254 = t253 - p_elbow_com_y * t62
+    t255 = t187 - t231
+    t260 = t63 - t234
+    t262 = p_elbow_com_z * t68 + (t56 + p_wrist_roll_com_y * J_4_z1)
+    t266 = t233 + (t119 * t166 + (J_5_yy * t164 + t262) - t175)
+    t267 = p_wrist_roll_dh_d * (J_4_z1 + t67 + C_5t_y1 * 2.0) + t266
+    t268 = t267 - t260
+    t269 = p_elbow_com_z * t70 - t199
+    C_3_y1 = C_5t_y1 + (t67 + t68)
+    # link 3 (elbow): effort when joint 3 is accelerated
+    C_3t_y1 = c_3 * C_3_y1 - s_3 * t255
+    t277 = s_3 * C_3_y1 + c_3 * t255
+    t284 = c_3 * t254 + s_3 * t269 - p_elbow_dh_d * t277
+    m_3_3_b_y = c_3 * t269 - s_3 * t254 - p_elbow_dh_d * C_3t_y1
+    t288 = p_shoulder_dh_a * t277
+    # link 3 (elbow): composite body, before its turn
+    t291 = c_3 * C_3_xy
+    t293 = t291 - s_3 * t268
+    t295 = s_3 * C_3_xy
+    t297 = t295 - c_3 * t243
+    # link 2 (shoulder): composite body
+    t311 = p_shoulder_inertia_yy * 0.5
+    t312 = p_shoulder_inertia_zz * 0.5
+    t313 = t74 - t312
+    t317 = c_3 * t297 + (s_3 * t293 + 2.0 * t288) - p_shoulder_com_x * t76
+    t318 = t317 - p_shoulder_dh_a * (t76 + p_shoulder_dh_a * J_3_11)
+    t320 = t313 + (t318 - t311)
+    t324 = s_3 * t297 - c_3 * t293 - p_shoulder_dh_a * C_3t_y1
+    t325 = t324 - p_shoulder_com_y * t76
+    # solve: L D L^T
+    t327 = t70 - m_4_4_f_x
+    # link 2 (shoulder): composite body
+    t331 = t284 + p_shoulder_com_z * t76 - p_shoulder_dh_a * (t327 - t77)
+    t333 = c_3 * (t295 + c_3 * t268) + (t74 + p_shoulder_com_y * t78)
+    t336 = t312 + (s_3 * (t291 + s_3 * t243) + t333 - t311)
+    C_2_yz = J_2_yz - m_3_3_b_y
+    # solve: L D L^T
+    t375 = 1.0 / (t93 - p_J_m6 * (p_G_6 * p_G_6))
+    t376 = t106 * t375
+    t377 = t97 * t375
+    t378 = t95 * t375
+    t380 = t106 * t377
+    t381 = t97 * t377
+    t385 = 1.0 / (M_5_5 + p_J_m5 * (p_G_5 * p_G_5))
+    t386 = m_2_5_n_y * t385
+    t387 = t160 * t385
+    t388 = t140 * t385
+    t389 = t124 * t385
+    t399 = t106 * t378 + (s_2 * t206 - c_2 * m_3_4_b_y) - m_2_5_n_y * t389
+    t401 = t199 - t97 * t378
+    t403 = p_shoulder_dh_a * m_3_4_f_y + t160 * t389 - t401
+    t405 = t401 - t140 * t389
+    t409 = t95 * t378 + (M_4_4 + p_J_m4 * (p_G_4 * p_G_4)) - t124 * t389
+    t410 = 1.0 / t409
+    t411 = t399 * t410
+    t412 = t403 * t410
+    t413 = t405 * t410
+    t420 = m_2_5_n_y * t388 + (t380 + (s_2 * t284 - c_2 * m_3_3_b_y))
+    t421 = t399 * t413 + t420
+    t424 = t381 + (t243 + t268)
+    t427 = t288 + t160 * t388 - t403 * t413 - t424
+    t431 = t424 + (p_J_m3 * (p_G_3 * p_G_3) - t140 * t388) - t405 * t413
+    t432 = 1.0 / t431
+    t433 = t421 * t432
+    t434 = t427 * t432
+    t439 = m_2_5_n_y * t387 + (t380 + (c_2 * C_2_yz + s_2 * t331))
+    t441 = t421 * t434 + (t439 - t399 * t412)
+    t446 = t160 * t387 + (t320 - t336 - p_J_m2 * (p_G_2 * p_G_2) - t381)
+    t449 = 1.0 / (t427 * t434 + (t403 * t412 + t446))
+    t450 = t441 * t449
+    t457 = t82 + (p_waist_inertia_yy + p_elbow_com_y * t70) - s_4 * (t128 - s_4 * C_4_xx)
+    t460 = t260 + (t233 + (t457 - c_4 * (t129 - c_4 * C_4_yy)))
+    t463 = t313 + (t311 + t460) - c_2 * (c_2 * t320 - s_2 * t325)
+    t465 = p_J_m1 * (p_G_1 * p_G_1) + (s_2 * (s_2 * t336 + c_2 * t325) + t463)
+    t468 = t106 * t376 + t465 - m_2_5_n_y * t386 - t399 * t411
+    t471 = p_elbow_dh_d * (t77 - 2.0 * t327) + (t441 * t450 + (t468 - t421 * t433))
+    t472 = 1.0 / t471
+    t473 = t450 * t472
+    t474 = -t473
+    t477 = t433 * t472 - t434 * t473
+    t482 = t413 * t477 + (t411 * t472 + t412 * t473)
+    t486 = t389 * t482
+    t488 = t388 * t477 + (t386 * t472 - t387 * t473)
+    t489 = t488 - t486
+    t490 = t486 - t488
+    t496 = t377 * (t473 - t477) + (t376 * t472 - t378 * t482)
+    t497 = t450 * t473
+    t498 = t449 - t497
+    t502 = t433 * t473 + t434 * t498
+    t503 = -t502
+    t508 = t413 * t502 + (t411 * t473 - t412 * t498)
+    t509 = -t508
+    t516 = t388 * t502 + (t386 * t473 + t387 * t498) - t389 * t508
+    t519 = t377 * t502
+    t523 = t378 * t508 - (t376 * t473 - t377 * t498 - t519)
+    t527 = t432 + t433 * t477 - t434 * t502
+    t532 = t413 * t527 + (t411 * t477 + t412 * t502)
+    t536 = t389 * t532
+    t538 = t388 * t527 + (t386 * t477 - t387 * t502)
+    t539 = t538 - t536
+    t540 = t536 - t538
+    t546 = t519 + t376 * t477 - t377 * t527 - t378 * t532
+    t552 = t413 * t532 + (t412 * t508 + (t410 + t411 * t482))
+    t556 = t389 * t552
+    t558 = t388 * t532 + (t386 * t482 - t387 * t508)
+    t559 = t558 - t556
+    t560 = t556 - t558
+    t566 = t377 * (t508 - t532) + (t376 * t482 - t378 * t552)
+    t574 = t388 * t539 + (t385 + t386 * t489 - t387 * t516) - t389 * t559
+    t580 = t378 * t559 - t376 * t489 - t377 * (t516 - t539)
+    t587 = t376 * t496 - t375 - t378 * t566 - t377 * (t523 + t546)
+    out[0 * S + k] = t472
+    out[1 * S + k] = t474
+    out[2 * S + k] = t477
+    out[3 * S + k] = t482
+    out[4 * S + k] = t490
+    out[5 * S + k] = t496
+    out[6 * S + k] = t474
+    out[7 * S + k] = t497 - t449
+    out[8 * S + k] = t503
+    out[9 * S + k] = t509
+    out[10 * S + k] = t516
+    out[11 * S + k] = t523
+    out[12 * S + k] = t477
+    out[13 * S + k] = t503
+    out[14 * S + k] = t527
+    out[15 * S + k] = t532
+    out[16 * S + k] = t540
+    out[17 * S + k] = t546
+    out[18 * S + k] = t482
+    out[19 * S + k] = t509
+    out[20 * S + k] = t532
+    out[21 * S + k] = t552
+    out[22 * S + k] = t560
+    out[23 * S + k] = t566
+    out[24 * S + k] = t490
+    out[25 * S + k] = t516
+    out[26 * S + k] = t540
+    out[27 * S + k] = t560
+    out[28 * S + k] = t574
+    out[29 * S + k] = t580
+    out[30 * S + k] = t496
+    out[31 * S + k] = t523
+    out[32 * S + k] = t546
+    out[33 * S + k] = t566
+    out[34 * S + k] = t580
+    out[35 * S + k] = t587
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 107:
+        raise ValueError("mass_matrix_inverse_p_packed takes 107 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:6], both[6:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2717,6 +3496,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("bias_force_packed takes 18 numbers: q, qd, result")
+    _bias_force(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -2757,7 +3544,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2778,16 +3565,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3120,6 +3910,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 83:
+        raise ValueError("bias_force_p_packed takes 83 numbers: q, qd, p, result")
+    _bias_force_p(both[0:6], both[6:12], both[12:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3164,7 +3962,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3187,16 +3985,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3280,6 +4081,14 @@ def gravity_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("gravity_packed takes 12 numbers: q, result")
+    _gravity(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -3313,7 +4122,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3331,13 +4140,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3445,6 +4256,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 77:
+        raise ValueError("gravity_p_packed takes 77 numbers: q, p, result")
+    _gravity_p(both[0:6], both[6:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -3482,7 +4301,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3502,13 +4321,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3648,6 +4469,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("energy_packed takes 14 numbers: q, qd, result")
+    _energy(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3688,7 +4517,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3709,16 +4538,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3942,6 +4774,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 79:
+        raise ValueError("energy_p_packed takes 79 numbers: q, qd, p, result")
+    _energy_p(both[0:6], both[6:12], both[12:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3986,7 +4826,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4009,16 +4849,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4063,6 +4906,14 @@ def actuation_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("actuation_packed takes 24 numbers: x, u, result")
+    _actuation(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4103,7 +4954,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4124,16 +4975,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4182,6 +5036,14 @@ def actuation_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 89:
+        raise ValueError("actuation_p_packed takes 89 numbers: x, u, p, result")
+    _actuation_p(both[0:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4226,7 +5088,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 65 entries")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4249,16 +5111,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4611,6 +5476,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 30:
+        raise ValueError("state_derivative_packed takes 30 numbers: x, u, result")
+    _state_derivative(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4651,7 +5524,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4672,16 +5545,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5208,6 +6084,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 95:
+        raise ValueError("state_derivative_p_packed takes 95 numbers: x, u, p, result")
+    _state_derivative_p(both[0:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -5252,7 +6136,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 65 entries")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5275,16 +6159,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -6081,6 +6968,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 90 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -6128,7 +7023,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -6152,19 +7047,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -7097,6 +7996,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 155:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 155 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -7148,7 +8055,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -7174,19 +8081,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -8367,6 +9278,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 90 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -8414,7 +9333,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -8438,19 +9357,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -9815,6 +10738,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 155:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 155 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -9866,7 +10797,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -9892,19 +10823,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -11153,6 +12088,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 162:
+        raise ValueError("state_derivative_state_jacobian_packed takes 162 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -11193,7 +12136,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -11214,16 +12157,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -12657,6 +13603,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 227:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 227 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -12701,7 +13655,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 65 entries")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -12724,16 +13678,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -13000,6 +13957,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("state_derivative_input_jacobian_packed takes 90 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -13040,7 +14005,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -13061,16 +14026,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -13469,6 +14437,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 155:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 155 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -13513,7 +14489,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 65 entries")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -13536,16 +14512,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -14501,6 +15480,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 408:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 408 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -14548,7 +15535,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 390))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 65))
@@ -14572,19 +15559,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(390):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 65, count))
 
 
@@ -15679,6 +16670,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 473:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 473 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -15730,7 +16729,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 65 entries")
     count = q.shape[0]
     out = np.empty((count, 390))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 65))
@@ -15756,19 +16755,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(390):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 65, count))
 
 
@@ -17943,6 +18946,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 798:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 798 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -17983,7 +18994,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 780))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 65))
@@ -18004,16 +19015,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(780):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 65, count))
 
 
@@ -20500,6 +21514,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 863:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 863 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:12], both[12:18], both[18:83], both[83:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -20544,7 +21566,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 65 entries")
     count = x.shape[0]
     out = np.empty((count, 780))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 65))
@@ -20567,14 +21589,3020 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(780):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 65, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (flange): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder): orientation
+    R_2_11 = c_1 * c_2
+    t20 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t22 = s_1 * s_2
+    # link 3 (elbow): orientation
+    t25 = s_3 * t20 - c_3 * R_2_11
+    t28 = s_3 * R_2_11 + c_3 * t20
+    R_3_21 = c_3 * R_2_21 - s_3 * t22
+    t34 = c_3 * t22 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = s_1 * 0.15005 - t25 * 0.0203 + (R_2_11 - t28) * 0.4318
+    x_4_y = 0.4318 * (R_2_21 - t34) + (R_3_21 * 0.0203 - c_1 * 0.15005)
+    x_4_z = R_3_31 * 0.0203 + 0.4318 * (s_2 + R_3_32) + 0.67183
+    # link 4 (wrist_roll): orientation
+    t64 = c_4 * t25 + s_1 * s_4
+    R_4_12 = s_4 * t25 - s_1 * c_4
+    R_4_21 = c_1 * s_4 + c_4 * R_3_21
+    R_4_22 = c_1 * c_4 - s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31
+    t75 = s_4 * R_3_31
+    # link 5 (wrist_bend): orientation
+    t78 = s_5 * t28 + c_5 * t64
+    R_5_12 = s_5 * t64 - c_5 * t28
+    R_5_21 = c_5 * R_4_21 - s_5 * t34
+    R_5_22 = -(c_5 * t34 + s_5 * R_4_21)
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    R_5_32 = c_5 * R_3_32 - s_5 * R_4_31
+    # link 6 (flange): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t78
+    R_6_12 = c_6 * R_4_12 + s_6 * t78
+    R_6_21 = c_6 * R_5_21 + s_6 * R_4_22
+    R_6_22 = c_6 * R_4_22 - s_6 * R_5_21
+    R_6_31 = c_6 * R_5_31 - s_6 * t75
+    R_6_32 = -(s_6 * R_5_31 + c_6 * t75)
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = R_5_12
+    out[3 * S + k] = x_4_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = R_5_22
+    out[7 * S + k] = x_4_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = R_5_32
+    out[11 * S + k] = x_4_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 22:
+        raise ValueError("forward_kinematics_packed takes 22 numbers: q, result")
+    _forward_kinematics(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_waist_dh_d = p[31]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (flange): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder): orientation
+    R_2_11 = c_1 * c_2
+    t25 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t27 = s_1 * s_2
+    # link 3 (elbow): orientation
+    t35 = s_3 * t25 - c_3 * R_2_11
+    t38 = s_3 * R_2_11 + c_3 * t25
+    R_3_21 = c_3 * R_2_21 - s_3 * t27
+    t44 = c_3 * t27 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist_roll): origin of its joint
+    t54 = p_shoulder_dh_a * R_2_11 + p_elbow_dh_d * s_1 - p_elbow_dh_a * t35
+    x_4_x = t54 - p_wrist_roll_dh_d * t38
+    t59 = p_shoulder_dh_a * R_2_21 - p_elbow_dh_d * c_1 - p_wrist_roll_dh_d * t44
+    x_4_y = p_elbow_dh_a * R_3_21 + t59
+    t64 = p_elbow_dh_a * R_3_31 + (p_waist_dh_d + p_shoulder_dh_a * s_2)
+    x_4_z = p_wrist_roll_dh_d * R_3_32 + t64
+    # link 4 (wrist_roll): orientation
+    t68 = c_4 * t35 + s_1 * s_4
+    R_4_12 = s_4 * t35 - s_1 * c_4
+    R_4_21 = c_1 * s_4 + c_4 * R_3_21
+    R_4_22 = c_1 * c_4 - s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31
+    t79 = s_4 * R_3_31
+    # link 5 (wrist_bend): orientation
+    t82 = s_5 * t38 + c_5 * t68
+    R_5_12 = s_5 * t68 - c_5 * t38
+    R_5_21 = c_5 * R_4_21 - s_5 * t44
+    R_5_22 = -(c_5 * t44 + s_5 * R_4_21)
+    R_5_31 = s_5 * R_3_32 + c_5 * R_4_31
+    R_5_32 = c_5 * R_3_32 - s_5 * R_4_31
+    # link 6 (flange): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t82
+    R_6_12 = c_6 * R_4_12 + s_6 * t82
+    R_6_21 = c_6 * R_5_21 + s_6 * R_4_22
+    R_6_22 = c_6 * R_4_22 - s_6 * R_5_21
+    R_6_31 = c_6 * R_5_31 - s_6 * t79
+    R_6_32 = -(s_6 * R_5_31 + c_6 * t79)
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = R_5_12
+    out[3 * S + k] = x_4_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = R_5_22
+    out[7 * S + k] = x_4_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = R_5_32
+    out[11 * S + k] = x_4_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 87:
+        raise ValueError("forward_kinematics_p_packed takes 87 numbers: q, p, result")
+    _forward_kinematics_p(both[0:6], both[6:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder): orientation
+    R_2_11 = c_1 * c_2
+    t17 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t19 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = s_1 * 0.15005 + R_2_11 * 0.4318
+    t27 = c_1 * 0.15005 - R_2_21 * 0.4318
+    x_3_z = s_2 * 0.4318 + 0.67183
+    # link 3 (elbow): orientation
+    t33 = s_3 * t17 - c_3 * R_2_11
+    t36 = s_3 * R_2_11 + c_3 * t17
+    R_3_12 = -t36
+    R_3_21 = c_3 * R_2_21 - s_3 * t19
+    t43 = c_3 * t19 + s_3 * R_2_21
+    R_3_22 = -t43
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = x_3_x - t33 * 0.0203 - 0.4318 * t36
+    t59 = t27 - R_3_21 * 0.0203 + 0.4318 * t43
+    x_4_z = x_3_z + R_3_31 * 0.0203 + 0.4318 * R_3_32
+    # link 4 (wrist_roll): orientation
+    R_4_21 = c_1 * s_4 + c_4 * R_3_21
+    # link 5 (wrist_bend): orientation
+    R_5_12 = s_5 * (c_4 * t33 + s_1 * s_4) - c_5 * t36
+    R_5_22 = -(c_5 * t43 + s_5 * R_4_21)
+    R_5_32 = c_5 * R_3_32 - R_3_31 * (c_4 * s_5)
+    # joint 1: lever arm of the tool
+    r_1_z = x_4_z - 0.67183
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = -(c_1 * r_1_z)
+    j_2_y = -(s_1 * r_1_z)
+    j_2_z = c_1 * x_4_x - s_1 * t59
+    # joint 3: lever arm of the tool
+    r_3_y = t27 - t59
+    t97 = x_3_z - x_4_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_1 * t97
+    j_3_y = s_1 * t97
+    j_3_z = s_1 * r_3_y - c_1 * (x_3_x - x_4_x)
+    t104 = -c_1
+    out[0 * S + k] = t59
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_4_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = j_3_y
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = j_3_z
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = s_1
+    out[20 * S + k] = s_1
+    out[21 * S + k] = R_3_12
+    out[22 * S + k] = s_1 * c_4 - s_4 * t33
+    out[23 * S + k] = R_5_12
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = t104
+    out[26 * S + k] = t104
+    out[27 * S + k] = R_3_22
+    out[28 * S + k] = s_4 * R_3_21 - c_1 * c_4
+    out[29 * S + k] = R_5_22
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = R_3_32
+    out[34 * S + k] = s_4 * R_3_31
+    out[35 * S + k] = R_5_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("jacobian_packed takes 42 numbers: q, result")
+    _jacobian(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_waist_dh_d = p[31]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder): orientation
+    R_2_11 = c_1 * c_2
+    t22 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t24 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = p_shoulder_dh_a * R_2_11 + p_elbow_dh_d * s_1
+    x_3_y = p_shoulder_dh_a * R_2_21 - p_elbow_dh_d * c_1
+    x_3_z = p_waist_dh_d + p_shoulder_dh_a * s_2
+    # link 3 (elbow): orientation
+    t35 = s_3 * t22 - c_3 * R_2_11
+    t38 = s_3 * R_2_11 + c_3 * t22
+    R_3_12 = -t38
+    R_3_21 = c_3 * R_2_21 - s_3 * t24
+    t45 = c_3 * t24 + s_3 * R_2_21
+    R_3_22 = -t45
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = x_3_x - p_elbow_dh_a * t35 - p_wrist_roll_dh_d * t38
+    x_4_y = p_elbow_dh_a * R_3_21 + (x_3_y - p_wrist_roll_dh_d * t45)
+    x_4_z = p_wrist_roll_dh_d * R_3_32 + (x_3_z + p_elbow_dh_a * R_3_31)
+    # link 4 (wrist_roll): orientation
+    R_4_21 = c_1 * s_4 + c_4 * R_3_21
+    # link 5 (wrist_bend): orientation
+    R_5_12 = s_5 * (c_4 * t35 + s_1 * s_4) - c_5 * t38
+    R_5_22 = -(c_5 * t45 + s_5 * R_4_21)
+    R_5_32 = c_5 * R_3_32 - R_3_31 * (c_4 * s_5)
+    # joint 1: lever arm of the tool
+    t88 = p_waist_dh_d - x_4_z
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * t88
+    j_2_y = s_1 * t88
+    j_2_z = c_1 * x_4_x + s_1 * x_4_y
+    # joint 3: lever arm of the tool
+    t96 = x_3_z - x_4_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_1 * t96
+    j_3_y = s_1 * t96
+    j_3_z = -(s_1 * (x_3_y - x_4_y) + c_1 * (x_3_x - x_4_x))
+    t105 = -c_1
+    out[0 * S + k] = -x_4_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_4_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = j_3_y
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = j_3_z
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = s_1
+    out[20 * S + k] = s_1
+    out[21 * S + k] = R_3_12
+    out[22 * S + k] = s_1 * c_4 - s_4 * t35
+    out[23 * S + k] = R_5_12
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = t105
+    out[26 * S + k] = t105
+    out[27 * S + k] = R_3_22
+    out[28 * S + k] = s_4 * R_3_21 - c_1 * c_4
+    out[29 * S + k] = R_5_22
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = R_3_32
+    out[34 * S + k] = s_4 * R_3_31
+    out[35 * S + k] = R_5_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(36)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 107:
+        raise ValueError("jacobian_p_packed takes 107 numbers: q, p, result")
+    _jacobian_p(both[0:6], both[6:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder): orientation
+    R_2_11 = c_1 * c_2
+    t21 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t23 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = s_1 * 0.15005 + R_2_11 * 0.4318
+    t31 = c_1 * 0.15005 - R_2_21 * 0.4318
+    x_3_z = s_2 * 0.4318 + 0.67183
+    # link 3 (elbow): orientation
+    t37 = s_3 * t21 - c_3 * R_2_11
+    t40 = s_3 * R_2_11 + c_3 * t21
+    R_3_21 = c_3 * R_2_21 - s_3 * t23
+    t46 = c_3 * t23 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = x_3_x - t37 * 0.0203 - 0.4318 * t40
+    t61 = t31 - R_3_21 * 0.0203 + 0.4318 * t46
+    x_4_z = x_3_z + R_3_31 * 0.0203 + 0.4318 * R_3_32
+    # link 4 (wrist_roll): orientation
+    R_4_12 = s_4 * t37 - s_1 * c_4
+    R_4_21 = c_1 * s_4 + c_4 * R_3_21
+    R_4_22 = c_1 * c_4 - s_4 * R_3_21
+    t78 = s_4 * R_3_31
+    # link 5 (wrist_bend): orientation
+    t81 = c_5 * t40 - s_5 * (c_4 * t37 + s_1 * s_4)
+    t84 = c_5 * t46 + s_5 * R_4_21
+    t88 = R_3_31 * (c_4 * s_5) - c_5 * R_3_32
+    # joint 1: lever arm of the tool
+    r_1_z = x_4_z - 0.67183
+    # joint 2: velocity of the tool for unit speed
+    t90 = c_1 * r_1_z
+    t91 = s_1 * r_1_z
+    j_2_z = c_1 * x_4_x - s_1 * t61
+    # joint 3: lever arm of the tool
+    r_3_y = t31 - t61
+    t97 = x_3_z - x_4_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_1 * t97
+    j_3_y = s_1 * t97
+    j_3_z = s_1 * r_3_y - c_1 * (x_3_x - x_4_x)
+    # joint 3: velocity of the tool from here on
+    u_3_x = qd_3 * j_3_x
+    u_3_y = qd_3 * j_3_y
+    u_3_z = qd_3 * j_3_z
+    # joint 2: velocity of the tool from here on
+    u_2_x = u_3_x - qd_2 * t90
+    u_2_y = u_3_y - qd_2 * t91
+    u_2_z = u_3_z + qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x + qd_1 * t61
+    # joint 2: rate of its axis
+    zd_2_x = qd_1 * c_1
+    zd_2_y = qd_1 * s_1
+    # link 2: angular velocity
+    omega_2_x = qd_2 * s_1
+    t118 = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_z = s_1 * t118 - c_1 * omega_2_x
+    # link 3: angular velocity
+    omega_3_x = omega_2_x + qd_3 * s_1
+    t125 = t118 + qd_3 * c_1
+    # joint 4: rate of its axis
+    zd_4_x = qd_1 * t46 - R_3_32 * t125
+    zd_4_y = -(qd_1 * t40 + R_3_32 * omega_3_x)
+    zd_4_z = -(t46 * omega_3_x + t40 * t125)
+    # link 4: angular velocity
+    omega_4_x = omega_3_x - qd_4 * t40
+    t140 = t125 + qd_4 * t46
+    omega_4_z = qd_1 + qd_4 * R_3_32
+    # joint 5: rate of its axis
+    zd_5_x = R_4_22 * omega_4_z - t78 * t140
+    zd_5_y = -(R_4_12 * omega_4_z + t78 * omega_4_x)
+    zd_5_z = -(R_4_12 * t140 + R_4_22 * omega_4_x)
+    # link 5: angular velocity
+    omega_5_x = omega_4_x - qd_5 * R_4_12
+    t157 = t140 + qd_5 * R_4_22
+    omega_5_z = omega_4_z + qd_5 * t78
+    # joint 6: rate of its axis
+    zd_6_x = t88 * t157 + t84 * omega_5_z
+    zd_6_y = t88 * omega_5_x - t81 * omega_5_z
+    zd_6_z = -(t81 * t157 + t84 * omega_5_x)
+    t200 = c_1 * u_3_x + (j_3_y * omega_2_x + (s_1 * u_3_y + j_3_x * t118))
+    out[0 * S + k] = -(u_2_y + qd_1 * x_4_x)
+    out[1 * S + k] = qd_1 * t91 - c_1 * u_2_z
+    out[2 * S + k] = -(j_3_z * t118 + (c_1 * u_3_z + qd_1 * j_3_y))
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = -(s_1 * u_2_z + qd_1 * t90)
+    out[8 * S + k] = qd_1 * j_3_x - j_3_z * omega_2_x - s_1 * u_3_z
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = s_1 * u_2_y + c_1 * u_2_x
+    out[14 * S + k] = t200
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = zd_2_x
+    out[21 * S + k] = zd_4_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = zd_2_y
+    out[27 * S + k] = zd_4_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = zd_3_z
+    out[33 * S + k] = zd_4_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("jacobian_rate_packed takes 48 numbers: q, qd, result")
+    _jacobian_rate(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    p_waist_dh_d = p[31]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder): orientation
+    R_2_11 = c_1 * c_2
+    t26 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t28 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = p_shoulder_dh_a * R_2_11 + p_elbow_dh_d * s_1
+    x_3_y = p_shoulder_dh_a * R_2_21 - p_elbow_dh_d * c_1
+    x_3_z = p_waist_dh_d + p_shoulder_dh_a * s_2
+    # link 3 (elbow): orientation
+    t39 = s_3 * t26 - c_3 * R_2_11
+    t42 = s_3 * R_2_11 + c_3 * t26
+    R_3_21 = c_3 * R_2_21 - s_3 * t28
+    t48 = c_3 * t28 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = x_3_x - p_elbow_dh_a * t39 - p_wrist_roll_dh_d * t42
+    x_4_y = p_elbow_dh_a * R_3_21 + (x_3_y - p_wrist_roll_dh_d * t48)
+    x_4_z = p_wrist_roll_dh_d * R_3_32 + (x_3_z + p_elbow_dh_a * R_3_31)
+    # link 4 (wrist_roll): orientation
+    R_4_12 = s_4 * t39 - s_1 * c_4
+    R_4_21 = c_1 * s_4 + c_4 * R_3_21
+    R_4_22 = c_1 * c_4 - s_4 * R_3_21
+    t79 = s_4 * R_3_31
+    # link 5 (wrist_bend): orientation
+    t82 = c_5 * t42 - s_5 * (c_4 * t39 + s_1 * s_4)
+    t85 = c_5 * t48 + s_5 * R_4_21
+    t89 = R_3_31 * (c_4 * s_5) - c_5 * R_3_32
+    # joint 1: lever arm of the tool
+    t90 = p_waist_dh_d - x_4_z
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * t90
+    j_2_y = s_1 * t90
+    j_2_z = c_1 * x_4_x + s_1 * x_4_y
+    # joint 3: lever arm of the tool
+    t98 = x_3_z - x_4_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_1 * t98
+    j_3_y = s_1 * t98
+    t103 = s_1 * (x_3_y - x_4_y) + c_1 * (x_3_x - x_4_x)
+    # joint 3: velocity of the tool from here on
+    u_3_x = qd_3 * j_3_x
+    u_3_y = qd_3 * j_3_y
+    t106 = qd_3 * t103
+    # joint 2: velocity of the tool from here on
+    u_2_x = u_3_x + qd_2 * j_2_x
+    u_2_y = u_3_y + qd_2 * j_2_y
+    t112 = t106 - qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x - qd_1 * x_4_y
+    # joint 2: rate of its axis
+    zd_2_x = qd_1 * c_1
+    zd_2_y = qd_1 * s_1
+    # link 2: angular velocity
+    omega_2_x = qd_2 * s_1
+    t119 = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_z = s_1 * t119 - c_1 * omega_2_x
+    # link 3: angular velocity
+    omega_3_x = omega_2_x + qd_3 * s_1
+    t126 = t119 + qd_3 * c_1
+    # joint 4: rate of its axis
+    zd_4_x = qd_1 * t48 - R_3_32 * t126
+    zd_4_y = -(qd_1 * t42 + R_3_32 * omega_3_x)
+    zd_4_z = -(t48 * omega_3_x + t42 * t126)
+    # link 4: angular velocity
+    omega_4_x = omega_3_x - qd_4 * t42
+    t141 = t126 + qd_4 * t48
+    omega_4_z = qd_1 + qd_4 * R_3_32
+    # joint 5: rate of its axis
+    zd_5_x = R_4_22 * omega_4_z - t79 * t141
+    zd_5_y = -(R_4_12 * omega_4_z + t79 * omega_4_x)
+    zd_5_z = -(R_4_12 * t141 + R_4_22 * omega_4_x)
+    # link 5: angular velocity
+    omega_5_x = omega_4_x - qd_5 * R_4_12
+    t158 = t141 + qd_5 * R_4_22
+    omega_5_z = omega_4_z + qd_5 * t79
+    # joint 6: rate of its axis
+    zd_6_x = t89 * t158 + t85 * omega_5_z
+    zd_6_y = t89 * omega_5_x - t82 * omega_5_z
+    zd_6_z = -(t82 * t158 + t85 * omega_5_x)
+    t199 = c_1 * u_3_x + (j_3_y * omega_2_x + (s_1 * u_3_y + j_3_x * t119))
+    out[0 * S + k] = -(u_2_y + qd_1 * x_4_x)
+    out[1 * S + k] = c_1 * t112 - qd_1 * j_2_y
+    out[2 * S + k] = t103 * t119 + (c_1 * t106 - qd_1 * j_3_y)
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = s_1 * t112 + qd_1 * j_2_x
+    out[8 * S + k] = qd_1 * j_3_x + (t103 * omega_2_x + s_1 * t106)
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = s_1 * u_2_y + c_1 * u_2_x
+    out[14 * S + k] = t199
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = zd_2_x
+    out[21 * S + k] = zd_4_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = zd_2_y
+    out[27 * S + k] = zd_4_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = zd_3_z
+    out[33 * S + k] = zd_4_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(36)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 113:
+        raise ValueError("jacobian_rate_p_packed takes 113 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:6], both[6:12], both[12:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 5 (wrist_bend): all from here on: first moment, before its turn
+    h_5t_x = s_5 * -0.0028799999999999997
+    # link 4 (wrist_roll): all from here on: first moment, before its turn
+    h_4t_x = c_4 * h_5t_x
+    h_4t_y = s_4 * h_5t_x
+    # link 3 (elbow): all from here on: first moment
+    h_3_x = h_4t_x + 0.025374999999999995
+    h_3_y = c_5 * 0.0028799999999999997 + 0.8913300000000002
+    # link 2 (shoulder): all from here on: first moment
+    t31 = s_3 * h_3_y - c_3 * h_3_x - 3.7955899999999994
+    h_2_y = c_3 * h_3_y + s_3 * h_3_x + 0.10439999999999999
+    t36 = h_4t_y - 4.9339825
+    # link 2 (shoulder): all from here on: first moment, before its turn
+    t39 = c_2 * t31 + s_2 * h_2_y
+    t54 = -0.042643923240938165 * (s_2 * t31 - c_2 * h_2_y - 15.7544135)
+    out[0 * S + k] = (s_1 * t36 + c_1 * t39) * -0.042643923240938165
+    out[1 * S + k] = -0.042643923240938165 * (s_1 * t39 - c_1 * t36)
+    out[2 * S + k] = t54
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("center_of_mass_packed takes 9 numbers: q, result")
+    _center_of_mass(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_waist_dh_d = p[31]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    p_shoulder_mass = p[37]
+    p_shoulder_com_x = p[38]
+    p_shoulder_com_y = p[39]
+    p_shoulder_com_z = p[40]
+    p_elbow_mass = p[44]
+    p_elbow_com_x = p[45]
+    p_elbow_com_y = p[46]
+    p_elbow_com_z = p[47]
+    p_wrist_roll_mass = p[51]
+    p_wrist_roll_com_y = p[52]
+    p_wrist_bend_mass = p[56]
+    p_flange_mass = p[60]
+    p_flange_com_z = p[61]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (flange): all from here on: first moment
+    h_6_z = p_flange_mass * p_flange_com_z
+    # link 5 (wrist_bend): all from here on: first moment, before its turn
+    t34 = s_5 * h_6_z
+    h_5t_y = c_5 * h_6_z
+    # link 4 (wrist_roll): all from here on: mass
+    m_4 = p_flange_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (elbow): all from here on: mass
+    m_3 = p_elbow_mass + m_4
+    # link 3 (elbow): all from here on: first moment
+    t46 = c_4 * t34 - p_elbow_mass * p_elbow_com_x - p_elbow_dh_a * m_3
+    t49 = p_wrist_roll_dh_d * m_4 + (h_5t_y + p_wrist_roll_mass * p_wrist_roll_com_y)
+    h_3_y = p_elbow_mass * p_elbow_com_z + t49
+    # link 2 (shoulder): all from here on: mass
+    m_2 = p_shoulder_mass + m_3
+    # link 2 (shoulder): all from here on: first moment
+    t61 = s_3 * h_3_y + c_3 * t46 - p_shoulder_mass * p_shoulder_com_x
+    t62 = t61 - p_shoulder_dh_a * m_2
+    h_2_y = p_shoulder_mass * p_shoulder_com_y + (c_3 * h_3_y - s_3 * t46)
+    t68 = p_elbow_dh_d * m_3 + (s_4 * t34 - p_elbow_mass * p_elbow_com_y)
+    h_2_z = p_shoulder_mass * p_shoulder_com_z + t68
+    # link 2 (shoulder): all from here on: first moment, before its turn
+    t72 = c_2 * t62 + s_2 * h_2_y
+    # link 1 (waist): all from here on: first moment, before its turn
+    h_1t_x = s_1 * h_2_z - c_1 * t72
+    t83 = 1.0 / m_2
+    t89 = t83 * (p_waist_dh_d * m_2 + (c_2 * h_2_y - s_2 * t62))
+    out[0 * S + k] = h_1t_x * t83
+    out[1 * S + k] = -((s_1 * t72 + c_1 * h_2_z) * t83)
+    out[2 * S + k] = t89
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 74:
+        raise ValueError("center_of_mass_p_packed takes 74 numbers: q, p, result")
+    _center_of_mass_p(both[0:6], both[6:71], both[71:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (flange): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder): angular velocity
+    omega_2_x = qd_1 * s_2
+    omega_2_y = qd_1 * c_2
+    # link 3 (elbow): velocity, before its turn
+    v_3t_x = omega_2_y * 0.15005
+    v_3t_y = qd_2 * 0.4318 - omega_2_x * 0.15005
+    # link 3 (elbow): angular velocity
+    omega_3_x = c_3 * omega_2_x + s_3 * omega_2_y
+    t35 = s_3 * omega_2_x - c_3 * omega_2_y
+    omega_3_z = qd_2 + qd_3
+    # link 3 (elbow): velocity of its frame
+    v_3_x = s_3 * v_3t_y + c_3 * v_3t_x
+    v_3_y = c_3 * v_3t_y - s_3 * v_3t_x
+    # link 4 (wrist_roll): velocity, before its turn
+    t44 = 0.4318 * omega_3_z - v_3_x
+    t49 = t35 * 0.0203 - 0.4318 * (omega_2_y - omega_3_x)
+    v_4t_z = v_3_y + omega_3_z * 0.0203
+    # link 4 (wrist_roll): angular velocity
+    t54 = s_4 * omega_3_z - c_4 * omega_3_x
+    t57 = c_4 * omega_3_z + s_4 * omega_3_x
+    omega_4_z = qd_4 - t35
+    # link 4 (wrist_roll): velocity of its frame
+    t61 = s_4 * t49 + c_4 * t44
+    t64 = c_4 * t49 - s_4 * t44
+    # link 5 (wrist_bend): angular velocity
+    omega_5_x = s_5 * omega_4_z - c_5 * t54
+    omega_5_y = c_5 * omega_4_z + s_5 * t54
+    omega_5_z = qd_5 + t57
+    # link 5 (wrist_bend): velocity of its frame
+    t77 = s_5 * t61 + c_5 * v_4t_z
+    # link 6 (flange): angular velocity
+    t80 = s_6 * omega_5_z - c_6 * omega_5_x
+    t83 = s_6 * omega_5_x + c_6 * omega_5_z
+    omega_6_z = qd_6 + omega_5_y
+    # link 6 (flange): composite body: flow of its moments
+    s_6_n_x = t83 * -1.9999999999999998e-05
+    K_6_13 = t83 * 1.9999999999999998e-05
+    K_6_23 = t80 * -1.9999999999999998e-05
+    # link 6 (flange): Coriolis terms
+    s_6_n_y = t80 * 1.9999999999999998e-05
+    # link 6 (flange): Coriolis terms with joint 6
+    t93 = s_6 * s_6_n_y - c_6 * s_6_n_x
+    s_6_6_n_y = c_6 * s_6_n_y + s_6 * s_6_n_x
+    t99 = c_6 * K_6_13 - s_6 * K_6_23
+    K_6u_23 = c_6 * K_6_23 + s_6 * K_6_13
+    # link 5 (wrist_bend): Coriolis terms with joint 6
+    t103 = c_5 * t93
+    t104 = s_5 * t93
+    s_5_6_n_y = -t104
+    m_5_6_n_x = s_5 * -3.9999999999999996e-05
+    m_5_6_n_y = c_5 * 3.9999999999999996e-05
+    t110 = c_5 * t99
+    t111 = s_5 * t99
+    # link 4 (wrist_roll): Coriolis terms with joint 6
+    t114 = c_4 * t103 + s_4 * s_6_6_n_y
+    m_4_6_n_x = c_4 * m_5_6_n_x
+    k_4_6_x = s_4 * K_6u_23 - c_4 * t110
+    t123 = c_4 * K_6u_23 + s_4 * t110
+    # link 3 (elbow): Coriolis terms with joint 6
+    m_3_6_n_y = c_3 * m_5_6_n_y + s_3 * m_4_6_n_x
+    k_3_6_x = s_3 * t111 + c_3 * k_4_6_x
+    # link 2 (shoulder): Coriolis terms with joint 6
+    t144 = s_2 * (c_3 * t114 - s_3 * t104) + c_2 * (c_3 * t104 + s_3 * t114)
+    s_2_6_n_y = -t144
+    k_2_6_y = s_2 * k_3_6_x - c_2 * (c_3 * t111 - s_3 * k_4_6_x)
+    # link 6 (flange): composite body, before its turn
+    K_6u_21 = omega_6_z * -1.9999999999999998e-05
+    # link 5 (wrist_bend): composite body: flow of its moments
+    K_5_12 = t99 + omega_5_z * 0.0002
+    t155 = omega_5_y * 0.0002 + omega_6_z * 1.9999999999999998e-05
+    t160 = omega_5_z * 0.00042216 + (c_5 * t61 - s_5 * v_4t_z) * 0.0028799999999999997
+    K_5_22 = t77 * 0.0028799999999999997
+    t164 = t64 * 0.0028799999999999997 + omega_5_x * 0.00042216
+    # link 5 (wrist_bend): composite body: momentum
+    l_5_x = omega_5_z * -0.0028799999999999997
+    l_5_z = omega_5_x * 0.0028799999999999997
+    # link 5 (wrist_bend): Coriolis terms
+    t168 = t77 * -0.0028799999999999997
+    s_5_f_z = omega_5_y * 0.0028799999999999997
+    s_5_n_x = K_6u_21 + omega_5_y * 0.00044216
+    t175 = omega_5_x * 0.00024 - K_6u_23
+    # link 5 (wrist_bend): Coriolis terms with joint 5
+    l_5u_y = s_5 * l_5_x
+    s_5_5_f_y = c_5 * l_5_x
+    s_5_5_n_x = c_5 * s_5_n_x + s_5 * t175
+    s_5_5_n_y = s_5 * s_5_n_x - c_5 * t175
+    h_5u_y = c_5 * 0.0028799999999999997
+    m_5_5_f_x = c_5 * -0.0028799999999999997
+    m_5_5_f_y = s_5 * -0.0028799999999999997
+    t189 = s_5 * t164 + c_5 * t155
+    t192 = c_5 * t164 - s_5 * t155
+    # link 4 (wrist_roll): Coriolis terms with joint 5
+    s_4_5_f_x = s_4 * s_5_f_z - c_4 * l_5u_y
+    t198 = c_4 * s_5_f_z + s_4 * l_5u_y
+    t201 = 0.4318 * t198
+    t202 = c_4 * s_5_5_n_x + t201
+    s_4_5_b_y = s_5_5_n_y - 0.0203 * t198
+    s_4_5_b_z = 0.0203 * s_5_5_f_y - 0.4318 * s_4_5_f_x - s_4 * s_5_5_n_x
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t211 = 0.4318 * m_4_5_f_y
+    m_4_5_b_x = s_4 * 0.00064216 - t211
+    m_4_5_b_y = 0.0203 * m_4_5_f_y
+    t218 = s_4 * t168 - c_4 * t189
+    t221 = s_4 * t189 + c_4 * t168
+    # link 3 (elbow): Coriolis terms with joint 5
+    s_3_5_f_y = s_3 * s_4_5_f_x + c_3 * s_5_5_f_y
+    t236 = t201 + 0.15005 * (s_3 * s_5_5_f_y - c_3 * s_4_5_f_x)
+    s_3_5_b_z = s_4_5_b_z + 0.4318 * s_3_5_f_y
+    m_3_5_f_x = c_3 * m_4_5_f_x - s_3 * m_5_5_f_y
+    m_3_5_f_y = s_3 * m_4_5_f_x + c_3 * m_5_5_f_y
+    t253 = s_3 * m_4_5_b_y + 0.15005 * m_3_5_f_y - c_3 * m_4_5_b_x
+    m_3_5_b_y = c_3 * m_4_5_b_y + (s_3 * m_4_5_b_x + (t211 + 0.15005 * m_3_5_f_x))
+    # link 2 (shoulder): Coriolis terms with joint 5
+    t264 = s_2 * (s_3 * s_4_5_b_y + 0.15005 * s_3_5_f_y - c_3 * t202)
+    s_2_5_n_y = -(t264 + c_2 * (t236 - c_3 * s_4_5_b_y - s_3 * t202))
+    t270 = s_2 * (c_3 * t218 - s_3 * t192) + c_2 * (c_3 * t192 + s_3 * t218)
+    k_2_5_y = -t270
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    S_5_a = ss_5 * -0.00020215999999999998
+    S_5_b = sc_5 * -0.00020215999999999998
+    t278 = S_5_a - 0.00022
+    K_5_p = K_5_12 - t160
+    K_5_a = sc_5 * K_5_p - K_5_22 * ss_5
+    t285 = K_5_22 * sc_5 + ss_5 * K_5_p
+    t286 = t160 + t285
+    # link 4 (wrist_roll): composite body
+    t292 = t278 - 0.00065
+    # link 4 (wrist_roll): composite body: flow of its moments
+    K_4_12 = t189 + omega_4_z * 0.00065
+    K_4_13 = K_5_12 + t57 * 0.00065 - t285
+    t301 = s_5 * K_6u_23 + (omega_4_z * 0.00075 - c_5 * K_6u_21)
+    t304 = t54 * 0.00075 - s_5 * K_6u_21 - c_5 * K_6u_23
+    # link 4 (wrist_roll): Coriolis terms
+    s_4_f_x = l_5_z + t54 * h_5u_y
+    s_4_f_y = s_5_5_f_y + t57 * h_5u_y
+    t309 = t54 * m_5_5_f_y
+    t315 = t286 - t61 * h_5u_y - t57 * (S_5_a + 0.00119216)
+    t321 = t54 * (0.00042216 + (S_5_a - t292)) + (t192 - t64 * h_5u_y)
+    t323 = t61 * m_5_5_f_y
+    t324 = K_5_a - t57 * S_5_b
+    s_4_n_z = t323 - t324
+    # link 4 (wrist_roll): Coriolis terms with joint 4
+    s_4_4_f_x = c_4 * s_4_f_x - s_4 * s_4_f_y
+    s_4_4_f_y = c_4 * s_4_f_y + s_4 * s_4_f_x
+    t337 = 0.4318 * s_4_4_f_y
+    t339 = t337 + (s_4 * t321 - c_4 * t315)
+    t341 = t324 - t323 - 0.0203 * s_4_4_f_y
+    t346 = c_4 * t321 + (s_4 * t315 + (0.0203 * t309 + 0.4318 * s_4_4_f_x))
+    s_4_4_b_z = -t346
+    h_4u_y = s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y
+    S_4t_13 = c_4 * S_5_b
+    S_4t_23 = s_4 * S_5_b
+    t352 = 0.4318 * m_4_4_f_y
+    t353 = S_4t_13 + t352
+    t357 = t278 - 0.0203 * m_4_4_f_y - 0.00142
+    t360 = s_4 * t304 + c_4 * K_4_13
+    K_4u_23 = s_4 * K_4_13 - c_4 * t304
+    # link 3 (elbow): Coriolis terms with joint 4
+    s_3_4_f_x = s_3 * t309 + c_3 * s_4_4_f_x
+    s_3_4_f_y = s_3 * s_4_4_f_x - c_3 * t309
+    s_3_4_b_y = t337 + 0.15005 * s_3_4_f_x - s_3 * t339 - c_3 * t341
+    s_3_4_b_z = 0.4318 * s_3_4_f_y - t346
+    t386 = t357 + 0.15005 * h_4u_y
+    m_3_4_b_y = t352 - s_3 * t353 - c_3 * t386
+    # link 2 (shoulder): Coriolis terms with joint 4
+    t399 = s_2 * (c_3 * t339 + (0.15005 * s_3_4_f_y - s_3 * t341))
+    s_2_4_n_y = c_2 * s_3_4_b_y - t399
+    t403 = s_2 * (c_3 * t360 - s_3 * K_5_a) + c_2 * (s_3 * t360 + c_3 * K_5_a)
+    k_2_4_y = -t403
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t408 = t292 + 0.0007700000000000001
+    t409 = ss_4 * t408
+    t411 = t409 - 0.0007700000000000001
+    K_4_p = K_4_12 - t301
+    t415 = K_5_a * ss_4 - sc_4 * K_4_p
+    t418 = K_5_a * sc_4 + ss_4 * K_4_p
+    l_4u_x = s_4 * l_5_z + c_4 * s_5_5_f_y
+    l_4u_y = s_4 * s_5_5_f_y - c_4 * l_5_z
+    # link 3 (elbow): composite body
+    t434 = t292 - m_4_4_f_y * 0.0406 - t409 - 0.01676511249999999
+    S_3_12 = t353 + c_5 * 5.846399999999999e-05 + 0.011273199
+    t441 = 0.0203 * h_4u_y - sc_4 * t408
+    t446 = c_5 * 0.0024871679999999997 - ss_5 * 0.00020215999999999998
+    S_3_22 = t446 + 0.34165711800000004
+    t449 = 0.4318 * h_4u_y
+    t452 = S_4t_23 + t449 - 0.0047376
+    h_3_x = m_4_4_f_y + 0.025374999999999995
+    h_3_y = h_5u_y + 0.8913300000000001
+    # link 3 (elbow): composite body: flow of its moments
+    t458 = K_5_a + omega_3_z * 0.011273199
+    t462 = t415 + v_3_x * 0.025374999999999995 + 0.0203 * l_4u_x
+    K_3_11 = t462 - t458
+    t467 = omega_2_y * 0.010956924999999998 - omega_3_x * 0.011273199
+    t473 = K_4_12 + (t467 - t35 * 0.01676511249999999) - t418 + 0.0203 * l_4u_y
+    t474 = omega_3_x * 0.0047376
+    t478 = v_3_y * 0.8913300000000001 - t168 + 0.4318 * l_5u_y
+    K_3_22 = t458 + t478 - t474
+    t485 = omega_2_y * 0.38487629400000006 - omega_3_x * 0.34123495800000003
+    t491 = t485 - t35 * 0.011273199 - s_4 * t286 - c_4 * t192 + 0.4318 * l_4u_y
+    t494 = omega_3_z * 0.0047376 - t301 - t418
+    # link 3 (elbow): composite body: momentum
+    t496 = omega_3_z * 0.8913300000000001 - l_4u_x
+    l_3_y = l_5u_y + omega_3_z * 0.025374999999999995
+    t501 = omega_3_x * 0.8913300000000001 + t35 * 0.025374999999999995
+    l_3_z = t501 - l_4u_y
+    # link 3 (elbow): Coriolis terms
+    K_3_t = K_3_11 + K_3_22
+    t505 = l_3_y - omega_3_x * h_4u_y
+    t507 = t496 + t35 * h_4u_y
+    s_3_f_z = omega_3_x * h_3_x - t35 * h_3_y
+    s_3_n_x = t35 * (t411 - S_3_22) + (t494 + omega_3_x * S_3_12 - v_3_x * h_4u_y)
+    t520 = K_4u_23 - v_3_y * h_4u_y
+    s_3_n_y = omega_3_x * (t411 + t434) + (t35 * S_3_12 + t520)
+    t531 = K_3_t - v_3_x * h_3_x - v_3_y * h_3_y - omega_3_x * t452
+    s_3_n_z = t531 - t35 * t441
+    # link 3 (elbow): Coriolis terms with joint 3
+    t538 = c_3 * t507 + s_3 * t505
+    s_3_3_b_x = c_3 * s_3_n_x + (0.15005 * t538 - s_3 * s_3_n_y)
+    t548 = 0.4318 * s_3_f_z + 0.15005 * (c_3 * t505 - s_3 * t507)
+    s_3_3_b_z = s_3_n_z - 0.4318 * t538
+    h_3u_y = s_3 * h_3_x + c_3 * h_3_y
+    t558 = s_3 * h_3_y - c_3 * h_3_x
+    t566 = t558 * -0.15005 - (c_3 * t441 - s_3 * t452)
+    t569 = 0.15005 * h_3u_y - c_3 * t452 - s_3 * t441
+    t572 = s_3 * t491 - c_3 * t473
+    k_3_3_y = c_3 * t491 + s_3 * t473
+    # link 2 (shoulder): Coriolis terms with joint 3
+    s_2_3_n_y = s_2 * s_3_3_b_x - c_2 * (t548 - c_3 * s_3_n_y - s_3 * s_3_n_x)
+    k_2_3_y = c_2 * k_3_3_y - s_2 * t572
+    # link 3 (elbow): composite body, before its turn
+    ss_3 = s_3 * s_3
+    sc_3 = c_3 * s_3
+    t584 = t434 + S_3_22
+    S_3_p = S_3_12 * 2.0
+    S_3_a = sc_3 * S_3_p - ss_3 * t584
+    K_3_d = K_3_11 - K_3_22
+    t598 = t35 * 0.0047376 + omega_3_z * 0.3244698455 - v_3_x * 0.8913300000000001
+    t602 = t598 - v_3_y * 0.025374999999999995 - 0.0203 * l_5u_y
+    t607 = c_4 * t286 + (t602 - t360 - s_4 * t192) - 0.4318 * l_4u_x
+    K_3_b = sc_3 * K_3_d + ss_3 * t607
+    t619 = s_3 * l_3_y + c_3 * t496
+    t622 = s_3 * t496 - c_3 * l_3_y
+    # link 2 (shoulder): composite body
+    t626 = S_3_12 + 0.4318 * h_3u_y - ss_3 * S_3_p - sc_3 * t584
+    S_2_12 = t626 + 0.007099200000000007
+    S_2_23 = t569 + 0.023751
+    t636 = t411 + h_4u_y * 0.3001
+    # link 2 (shoulder): composite body: flow of its moments
+    t637 = omega_2_y * 0.6903913435
+    t640 = ss_3 * K_3_d + qd_2 * 0.007099200000000007 - sc_3 * t607
+    K_2_11 = t637 + (K_3_11 - 0.4318 * t619) - t640
+    t648 = omega_2_x * 0.007099200000000007 - omega_2_y * 1.6749876019999999
+    K_2_13 = t572 + (t648 + 0.4318 * l_3_z)
+    t652 = omega_2_x * 0.023751
+    K_2_22 = K_3_22 + t640 - t652
+    t658 = omega_2_x * 0.07312640000000004 - omega_2_y * 0.007099200000000007
+    K_2_23 = t658 - k_3_3_y
+    # link 2 (shoulder): Coriolis terms
+    t664 = omega_2_y * (0.07312640000000004 + (S_3_22 + S_3_a - t636))
+    t669 = c_3 * t494 + (qd_2 * 0.023751 - s_3 * K_4u_23) + 0.15005 * t619
+    s_2_n_x = t664 + (omega_2_x * S_2_12 + t669)
+    t678 = t636 + (S_3_a + (t434 + t558 * 0.8636)) - 1.6749876019999999
+    t684 = qd_2 * 0.6903913435 - c_3 * K_4u_23 - s_3 * t494 - 0.15005 * t622
+    s_2_n_z = omega_2_y * (t449 - t566 - 0.6903913435) + (omega_2_x * S_2_23 + (K_2_11 + K_2_22))
+    # link 2 (shoulder): Coriolis terms with joint 2
+    t692 = c_2 * (omega_2_y * S_2_12 + t684 - omega_2_x * t678)
+    s_2_2_n_y = s_2 * s_2_n_x - t692
+    k_2_2_y = -(s_2 * K_2_13 + c_2 * K_2_23)
+    # link 2 (shoulder): composite body, before its turn
+    K_2_d = K_2_11 - K_2_22
+    t703 = qd_2 * 1.6018612019999998 - omega_2_x * 0.6903913435
+    K_2_p = t703 + omega_2_y * 0.023751 - t607 + 2.0 * K_3_b - 0.4318 * t622
+    # link 1 (waist): Coriolis terms
+    t720 = t652 + (K_2_11 + (0.15005 * l_3_z + (t474 - t415) - t637))
+    K_1_t = t720 - s_2 * (s_2 * K_2_d + c_2 * K_2_p)
+    t722 = s_4 * t103 - c_4 * s_6_6_n_y
+    t730 = K_4u_23 - omega_2_y * (c_3 * t353 - s_3 * t386) - omega_2_x * m_3_4_b_y
+    t739 = -(omega_2_x * m_3_5_b_y + (t221 + omega_2_y * t253))
+    t746 = v_3_y * m_4_5_f_x - t221 - v_3_x * m_5_5_f_y - t35 * m_4_5_b_x
+    t756 = t123 - omega_2_y * (s_3 * m_5_6_n_y - c_3 * m_4_6_n_x)
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_n_y
+    out[2 * S + k] = s_2_3_n_y
+    out[3 * S + k] = s_2_4_n_y
+    out[4 * S + k] = s_2_5_n_y
+    out[5 * S + k] = s_2_6_n_y
+    out[6 * S + k] = k_2_2_y
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = t722
+    out[12 * S + k] = k_2_3_y
+    out[13 * S + k] = omega_2_x * t569 + (K_3_t - omega_2_y * t566)
+    out[14 * S + k] = s_3_n_z
+    out[15 * S + k] = s_4_4_b_z
+    out[16 * S + k] = s_4_5_b_z
+    out[17 * S + k] = t722
+    out[18 * S + k] = k_2_4_y
+    out[19 * S + k] = t730
+    out[20 * S + k] = omega_3_x * t357 + (t520 + t35 * t353)
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = s_5_5_n_y
+    out[23 * S + k] = s_5_6_n_y
+    out[24 * S + k] = k_2_5_y
+    out[25 * S + k] = t739
+    out[26 * S + k] = t746 - omega_3_x * m_4_5_b_y
+    out[27 * S + k] = t54 * -0.00064216 - t192 - t64 * m_5_5_f_x
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = -s_6_6_n_y
+    out[30 * S + k] = k_2_6_y
+    out[31 * S + k] = t756 - omega_2_x * m_3_6_n_y
+    out[32 * S + k] = t123 - t35 * m_4_6_n_x - omega_3_x * m_5_6_n_y
+    out[33 * S + k] = -(t111 + t57 * m_5_6_n_x)
+    out[34 * S + k] = K_6u_23 - omega_5_x * 3.9999999999999996e-05
+    out[35 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("coriolis_matrix_packed takes 48 numbers: q, qd, result")
+    _coriolis_matrix(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    p_shoulder_mass = p[37]
+    p_shoulder_com_x = p[38]
+    p_shoulder_com_y = p[39]
+    p_shoulder_com_z = p[40]
+    p_shoulder_inertia_xx = p[41]
+    p_shoulder_inertia_yy = p[42]
+    p_shoulder_inertia_zz = p[43]
+    p_elbow_mass = p[44]
+    p_elbow_com_x = p[45]
+    p_elbow_com_y = p[46]
+    p_elbow_com_z = p[47]
+    p_elbow_inertia_xx = p[48]
+    p_elbow_inertia_yy = p[49]
+    p_elbow_inertia_zz = p[50]
+    p_wrist_roll_mass = p[51]
+    p_wrist_roll_com_y = p[52]
+    p_wrist_roll_inertia_xx = p[53]
+    p_wrist_roll_inertia_yy = p[54]
+    p_wrist_roll_inertia_zz = p[55]
+    p_wrist_bend_mass = p[56]
+    p_wrist_bend_inertia_xx = p[57]
+    p_wrist_bend_inertia_yy = p[58]
+    p_wrist_bend_inertia_zz = p[59]
+    p_flange_mass = p[60]
+    p_flange_com_z = p[61]
+    p_flange_inertia_xx = p[62]
+    p_flange_inertia_yy = p[63]
+    p_flange_inertia_zz = p[64]
+    # link 6 (flange): base parameters
+    t44 = p_flange_inertia_xx * 0.5
+    t45 = p_flange_inertia_yy * 0.5
+    t46 = p_flange_inertia_zz * 0.5
+    t48 = t44 - t45 - t46
+    t49 = t45 - t46
+    t50 = t44 - t49
+    J_6_z1 = p_flange_mass * p_flange_com_z
+    # link 5 (wrist_bend): base parameters
+    t53 = p_wrist_bend_inertia_zz * 0.5
+    t54 = p_wrist_bend_inertia_xx * 0.5
+    t55 = p_wrist_bend_inertia_yy * 0.5
+    t56 = t54 - t55
+    t57 = t53 - t56
+    t61 = t54 + (p_flange_com_z * J_6_z1 + (t44 + t49) - t53)
+    J_5_yy = t55 + t61
+    # link 4 (wrist_roll): base parameters
+    t63 = p_wrist_roll_inertia_zz * 0.5
+    t64 = p_wrist_roll_inertia_yy * 0.5
+    t65 = p_wrist_roll_inertia_xx * 0.5
+    t66 = t64 - t65
+    J_4_xx = t63 + t66
+    J_4_yy = t65 + (t64 + (t53 + t56 - t63))
+    J_4_z1 = p_wrist_roll_mass * p_wrist_roll_com_y
+    J_4_11 = p_flange_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (elbow): base parameters
+    t77 = p_elbow_mass * (p_elbow_dh_a + p_elbow_com_x)
+    t79 = p_elbow_dh_a * J_4_11
+    J_3_x1 = t77 + t79
+    t83 = 0.5 * (p_elbow_inertia_xx - p_elbow_inertia_zz)
+    t84 = p_elbow_inertia_yy * 0.5
+    t87 = t84 + (p_elbow_com_x * t77 + p_elbow_dh_a * J_3_x1 - t83)
+    J_3_xy = p_elbow_com_z * t77 + (p_wrist_roll_dh_d * t79 + p_elbow_dh_a * J_4_z1)
+    t93 = p_elbow_com_y * t77
+    t95 = J_4_z1 + p_wrist_roll_dh_d * J_4_11
+    t96 = p_elbow_mass * p_elbow_com_z
+    t103 = t84 + (t83 + (p_wrist_roll_com_y * J_4_z1 + (t63 - t66)))
+    t105 = p_wrist_roll_dh_d * (J_4_z1 + t95) + (p_elbow_com_z * t96 + t103)
+    t106 = p_elbow_mass * p_elbow_com_y
+    t107 = p_elbow_com_z * t106
+    J_3_y1 = t95 + t96
+    J_3_11 = p_elbow_mass + J_4_11
+    # link 2 (shoulder): base parameters
+    t111 = p_shoulder_mass * (p_shoulder_dh_a + p_shoulder_com_x)
+    t115 = p_shoulder_dh_a * (t111 + p_shoulder_dh_a * J_3_11)
+    t117 = 0.5 * (p_shoulder_inertia_xx - p_shoulder_inertia_yy)
+    t118 = p_shoulder_inertia_zz * 0.5
+    J_2_xx = t118 + (p_shoulder_com_x * t111 + t115 - t117)
+    J_2_xy = p_shoulder_com_y * t111
+    J_2_xz = p_shoulder_com_z * t111 - p_shoulder_dh_a * (t106 - p_elbow_dh_d * J_3_11)
+    t128 = p_shoulder_mass * p_shoulder_com_y
+    t131 = p_shoulder_com_y * t128 + (t117 + t118)
+    J_2_yz = p_shoulder_com_z * t128
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (flange): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder): angular velocity
+    omega_2_x = qd_1 * s_2
+    omega_2_y = qd_1 * c_2
+    # link 3 (elbow): velocity, before its turn
+    v_3t_x = p_elbow_dh_d * omega_2_y
+    v_3t_y = qd_2 * p_shoulder_dh_a - p_elbow_dh_d * omega_2_x
+    t149 = p_shoulder_dh_a * omega_2_y
+    # link 3 (elbow): angular velocity
+    omega_3_x = c_3 * omega_2_x + s_3 * omega_2_y
+    t155 = s_3 * omega_2_x - c_3 * omega_2_y
+    omega_3_z = qd_2 + qd_3
+    # link 3 (elbow): velocity of its frame
+    v_3_x = s_3 * v_3t_y + c_3 * v_3t_x
+    v_3_y = c_3 * v_3t_y - s_3 * v_3t_x
+    # link 4 (wrist_roll): velocity, before its turn
+    v_4t_x = v_3_x - p_wrist_roll_dh_d * omega_3_z
+    v_4t_y = t149 - p_elbow_dh_a * t155 - p_wrist_roll_dh_d * omega_3_x
+    v_4t_z = v_3_y + p_elbow_dh_a * omega_3_z
+    # link 4 (wrist_roll): angular velocity
+    t173 = s_4 * omega_3_z - c_4 * omega_3_x
+    t176 = c_4 * omega_3_z + s_4 * omega_3_x
+    omega_4_z = qd_4 - t155
+    # link 4 (wrist_roll): velocity of its frame
+    v_4_x = s_4 * v_4t_y + c_4 * v_4t_x
+    v_4_y = c_4 * v_4t_y - s_4 * v_4t_x
+    # link 5 (wrist_bend): angular velocity
+    omega_5_x = s_5 * omega_4_z - c_5 * t173
+    omega_5_y = c_5 * omega_4_z + s_5 * t173
+    omega_5_z = qd_5 + t176
+    # link 5 (wrist_bend): velocity of its frame
+    v_5_x = c_5 * v_4_x + s_5 * v_4t_z
+    # link 6 (flange): angular velocity
+    t199 = s_6 * omega_5_z - c_6 * omega_5_x
+    t202 = s_6 * omega_5_x + c_6 * omega_5_z
+    omega_6_z = qd_6 + omega_5_y
+    # link 6 (flange): composite body: flow of its moments
+    t204 = t48 * omega_6_z
+    t205 = t48 * t202
+    t206 = t50 * omega_6_z
+    t207 = t50 * t199
+    # link 6 (flange): Coriolis terms
+    t208 = t50 * t202
+    t209 = t48 * t199
+    # link 6 (flange): Coriolis terms with joint 6
+    t212 = s_6 * t209 - c_6 * t208
+    t215 = c_6 * t209 + s_6 * t208
+    t216 = t48 - t50
+    t219 = c_6 * t205 - s_6 * t207
+    t222 = c_6 * t207 + s_6 * t205
+    # link 5 (wrist_bend): Coriolis terms with joint 6
+    t223 = c_5 * t212
+    s_5_6_n_y = s_5 * t212
+    t225 = s_5 * t216
+    t226 = c_5 * t216
+    t227 = c_5 * t219
+    t228 = s_5 * t219
+    # link 4 (wrist_roll): Coriolis terms with joint 6
+    t231 = c_4 * t223 + s_4 * t215
+    t234 = c_4 * t225
+    t237 = s_4 * t222 - c_4 * t227
+    t240 = c_4 * t222 + s_4 * t227
+    # link 2 (shoulder): Coriolis terms with joint 6
+    s_2_6_n_y = s_2 * (c_3 * t231 - s_3 * s_5_6_n_y) + c_2 * (c_3 * s_5_6_n_y + s_3 * t231)
+    k_2_6_y = c_2 * (c_3 * t228 - s_3 * t237) - s_2 * (s_3 * t228 + c_3 * t237)
+    # link 6 (flange): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    t267 = t48 + t50
+    t268 = ss_6 * t267
+    t269 = sc_6 * t267
+    t270 = t50 - t268
+    t271 = t204 + t206
+    t272 = sc_6 * t271
+    t273 = ss_6 * t271
+    t274 = t206 - t273
+    # link 5 (wrist_bend): composite body
+    t276 = t48 - t57 - t268
+    # link 5 (wrist_bend): composite body: flow of its moments
+    t278 = t219 - t57 * omega_5_z
+    t281 = t204 - t273 - t57 * omega_5_y
+    t284 = J_5_yy * omega_5_z - J_6_z1 * v_5_x
+    t285 = J_6_z1 * (s_5 * v_4_x - c_5 * v_4t_z)
+    t288 = J_6_z1 * v_4_y - J_5_yy * omega_5_x
+    # link 5 (wrist_bend): composite body: momentum
+    t289 = J_6_z1 * omega_5_z
+    l_5_z = J_6_z1 * omega_5_x
+    # link 5 (wrist_bend): Coriolis terms
+    t291 = t272 - t285
+    s_5_f_z = J_6_z1 * omega_5_y
+    t295 = t274 - omega_5_y * (J_5_yy + t270)
+    t298 = t222 + omega_5_x * (t270 - t276)
+    s_5_n_z = t272 - omega_5_y * t269
+    # link 5 (wrist_bend): Coriolis terms with joint 5
+    s_5_5_f_x = s_5 * t289
+    t302 = c_5 * t289
+    t305 = c_5 * t295 - s_5 * t298
+    t308 = s_5 * t295 + c_5 * t298
+    s_5_5_n_y = -t308
+    h_5u_y = J_6_z1 * c_5
+    t311 = J_6_z1 * s_5
+    t312 = c_5 * t269
+    t313 = s_5 * t269
+    m_5_5_n_z = J_5_yy - t276
+    t317 = s_5 * t288 + c_5 * t281
+    k_5_5_y = c_5 * t288 - s_5 * t281
+    # link 4 (wrist_roll): Coriolis terms with joint 5
+    s_4_5_f_x = s_4 * s_5_f_z + c_4 * s_5_5_f_x
+    t326 = c_4 * s_5_f_z - s_4 * s_5_5_f_x
+    s_4_5_b_x = p_wrist_roll_dh_d * t326 + (s_4 * s_5_n_z - c_4 * t305)
+    t335 = t308 + p_elbow_dh_a * t326
+    t339 = c_4 * s_5_n_z + s_4 * t305 - p_wrist_roll_dh_d * s_4_5_f_x
+    s_4_5_b_z = t339 - p_elbow_dh_a * t302
+    t341 = c_4 * h_5u_y
+    t342 = s_4 * h_5u_y
+    m_4_5_b_x = p_wrist_roll_dh_d * t342 + (s_4 * m_5_5_n_z - c_4 * t312)
+    t349 = t313 + p_elbow_dh_a * t342
+    t352 = s_4 * t291 - c_4 * t317
+    t355 = s_4 * t317 + c_4 * t291
+    # link 3 (elbow): Coriolis terms with joint 5
+    s_3_5_f_x = s_3 * t302 + c_3 * s_4_5_f_x
+    s_3_5_f_y = s_3 * s_4_5_f_x - c_3 * t302
+    t368 = s_3 * t335 + c_3 * s_4_5_b_x - p_elbow_dh_d * s_3_5_f_y
+    t372 = c_3 * t335 - s_3 * s_4_5_b_x - p_elbow_dh_d * s_3_5_f_x
+    s_3_5_b_z = s_4_5_b_z + p_shoulder_dh_a * s_3_5_f_y
+    t388 = p_elbow_dh_d * (s_3 * t341 + c_3 * t311) + (s_3 * t349 + c_3 * m_4_5_b_x)
+    t392 = s_3 * m_4_5_b_x - c_3 * t349 - p_shoulder_dh_a * t342
+    m_3_5_b_y = t392 - p_elbow_dh_d * (c_3 * t341 - s_3 * t311)
+    k_3_5_y = c_3 * k_5_5_y + s_3 * t352
+    # link 2 (shoulder): Coriolis terms with joint 5
+    s_2_5_n_y = s_2 * t368 - c_2 * (p_shoulder_dh_a * t326 + t372)
+    k_2_5_y = s_2 * (c_3 * t352 - s_3 * k_5_5_y) + c_2 * k_3_5_y
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t408 = J_5_yy + t276
+    t409 = ss_5 * t408
+    t410 = sc_5 * t408
+    S_5t_22 = J_5_yy - t409
+    t412 = t272 + t285
+    t413 = t278 + t284
+    t416 = sc_5 * t413 - ss_5 * t412
+    t419 = sc_5 * t412 + ss_5 * t413
+    t420 = t272 + t416
+    t421 = t284 - t419
+    # link 4 (wrist_roll): composite body
+    S_4_11 = t409 + (J_4_xx - t276)
+    S_4_22 = J_4_yy + t270
+    # link 4 (wrist_roll): composite body: flow of its moments
+    t430 = t317 - J_4_xx * omega_4_z
+    t433 = t278 - t419 - J_4_xx * t176
+    t436 = J_4_yy * omega_4_z + (c_5 * t274 - s_5 * t222)
+    t439 = J_4_yy * t173 + (s_5 * t274 + c_5 * t222)
+    # link 4 (wrist_roll): Coriolis terms
+    t440 = t272 - t420
+    s_4_f_x = l_5_z + t173 * h_5u_y
+    t444 = t302 - t176 * h_5u_y
+    s_4_f_z = t173 * t311
+    s_4_n_x = t173 * t312 + (t421 + v_4_x * h_5u_y) - t176 * (S_5t_22 + S_4_22)
+    t458 = t176 * t312 + (k_5_5_y - v_4_y * h_5u_y)
+    t459 = t173 * (S_5t_22 + S_4_11) - t458
+    t462 = v_4_x * t311
+    t464 = t440 + t176 * t410 - t173 * t313
+    s_4_n_z = t462 - t464
+    # link 4 (wrist_roll): Coriolis terms with joint 4
+    s_4_4_f_x = c_4 * s_4_f_x + s_4 * t444
+    t472 = c_4 * t444 - s_4 * s_4_f_x
+    t479 = s_4 * t459 - c_4 * s_4_n_x - p_wrist_roll_dh_d * t472
+    t481 = t464 - t462 + p_elbow_dh_a * t472
+    t485 = p_wrist_roll_dh_d * s_4_4_f_x + (s_4 * s_4_n_x + c_4 * t459)
+    s_4_4_b_z = p_elbow_dh_a * s_4_f_z - t485
+    m_4_4_f_x = s_4 * t311
+    t488 = c_4 * t311
+    t495 = s_4 * t313 - c_4 * t410 - p_wrist_roll_dh_d * t488
+    t496 = p_elbow_dh_a * t488
+    m_4_4_b_y = S_4_11 + S_4_22 - t496
+    t501 = s_4 * t439 - c_4 * t433
+    t504 = s_4 * t433 + c_4 * t439
+    # link 3 (elbow): Coriolis terms with joint 4
+    s_3_4_f_y = s_3 * s_4_4_f_x + c_3 * s_4_f_z
+    t521 = p_elbow_dh_d * (s_3 * s_4_f_z - c_3 * s_4_4_f_x) + (s_3 * t479 + c_3 * t481)
+    s_3_4_b_z = s_4_4_b_z + p_shoulder_dh_a * s_3_4_f_y
+    # link 2 (shoulder): composite body
+    t527 = p_elbow_dh_d * m_4_4_f_x
+    # link 3 (elbow): Coriolis terms with joint 4
+    t528 = m_4_4_b_y + t527
+    # link 2 (shoulder): Coriolis terms with joint 4
+    t542 = s_2 * (s_3 * t481 - c_3 * t479 - p_elbow_dh_d * s_3_4_f_y)
+    s_2_4_n_y = t542 - c_2 * (p_shoulder_dh_a * t472 + t521)
+    t546 = s_2 * (c_3 * t501 - s_3 * t440) + c_2 * (s_3 * t501 + c_3 * t440)
+    k_2_4_y = -t546
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 - S_4_22
+    S_4_p = t312 * -2.0
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    S_4t_22 = S_4_22 + S_4_a
+    t559 = t272 + t420
+    t560 = t430 + t436
+    t565 = sc_4 * t559 + ss_4 * t560
+    l_4u_x = s_4 * l_5_z - c_4 * t302
+    t575 = s_4 * t302 + c_4 * l_5_z
+    # link 3 (elbow): composite body
+    t580 = t87 + S_4_11 - t496 * 2.0 - S_4_a
+    S_3_12 = p_elbow_dh_a * h_5u_y + (J_3_xy + t495)
+    t588 = sc_4 * S_4_d + (t93 - t312) - ss_4 * S_4_p - p_elbow_dh_a * m_4_4_f_x
+    t592 = t105 + S_5t_22 + 2.0 * (p_wrist_roll_dh_d * h_5u_y)
+    t596 = t107 - s_4 * t410 - c_4 * t313 - p_wrist_roll_dh_d * m_4_4_f_x
+    h_3_x = J_3_x1 - t488
+    h_3_y = J_3_y1 + h_5u_y
+    # link 3 (elbow): composite body: flow of its moments
+    t601 = J_3_xy * omega_3_z
+    t604 = ss_4 * t559 - sc_4 * t560 - t93 * t155
+    t607 = J_3_x1 * v_3_x + (t420 + p_elbow_dh_a * l_4u_x - t601)
+    t608 = t607 - t604
+    t619 = J_3_xy * omega_3_x + (p_elbow_dh_a * t575 + (t87 * t155 + (t430 - t565)))
+    K_3_13 = t619 - J_3_x1 * t149
+    t625 = t107 * omega_3_x
+    t631 = p_wrist_roll_dh_d * s_5_5_f_x + (t285 + t416 - t601 - J_3_y1 * v_3_y - t625)
+    t638 = t105 * omega_3_x + (J_3_xy * t155 + (s_4 * t421 - c_4 * k_5_5_y))
+    K_3_23 = p_wrist_roll_dh_d * t575 + (t638 - J_3_y1 * t149)
+    t643 = t107 * omega_3_z + (t436 - t565)
+    t645 = t504 - t93 * omega_3_z
+    # link 3 (elbow): composite body: momentum
+    l_3_x = l_4u_x - J_3_y1 * omega_3_z
+    t649 = s_5_5_f_x - J_3_x1 * omega_3_z
+    l_3_z = J_3_x1 * t155 + (t575 + J_3_y1 * omega_3_x)
+    # link 3 (elbow): Coriolis terms
+    t654 = t608 - t631
+    s_3_f_x = t649 - omega_3_x * m_4_4_f_x
+    s_3_f_y = l_3_x + t155 * m_4_4_f_x
+    s_3_f_z = omega_3_x * h_3_x - t155 * h_3_y
+    t668 = t155 * (S_4t_22 + t592) + (t643 - omega_3_x * S_3_12 - v_3_x * m_4_4_f_x)
+    t669 = v_3_y * m_4_4_f_x
+    t675 = omega_3_x * (S_4t_22 + t580) + (t645 - t669 - t155 * S_3_12)
+    t682 = t654 - v_3_x * h_3_x - v_3_y * h_3_y - omega_3_x * t596
+    s_3_n_z = t682 - t155 * t588
+    # link 3 (elbow): Coriolis terms with joint 3
+    s_3_3_f_x = c_3 * s_3_f_x - s_3 * s_3_f_y
+    s_3_3_f_y = c_3 * s_3_f_y + s_3 * s_3_f_x
+    t701 = p_shoulder_dh_a * s_3_f_z + (c_3 * t675 + s_3 * t668 - p_elbow_dh_d * s_3_3_f_x)
+    s_3_3_b_z = s_3_n_z + p_shoulder_dh_a * s_3_3_f_y
+    h_3u_y = s_3 * h_3_x + c_3 * h_3_y
+    t709 = s_3 * h_3_y - c_3 * h_3_x
+    m_3_3_b_x = p_elbow_dh_d * t709 + (c_3 * t588 - s_3 * t596)
+    m_3_3_b_y = c_3 * t596 + s_3 * t588 - p_elbow_dh_d * h_3u_y
+    k_3_3_x = s_3 * K_3_23 - c_3 * K_3_13
+    K_3u_23 = c_3 * K_3_23 + s_3 * K_3_13
+    # link 2 (shoulder): Coriolis terms with joint 3
+    t726 = s_2 * (s_3 * t675 - c_3 * t668 - p_elbow_dh_d * s_3_3_f_y)
+    s_2_3_n_y = t726 - c_2 * t701
+    k_2_3_y = s_2 * k_3_3_x - c_2 * K_3u_23
+    # link 3 (elbow): composite body, before its turn
+    ss_3 = s_3 * s_3
+    sc_3 = c_3 * s_3
+    t734 = t580 - t592
+    S_3_p = 2.0 * S_3_12
+    S_3_a = sc_3 * S_3_p + ss_3 * t734
+    t741 = t608 + t631
+    t746 = t501 - s_4 * k_5_5_y - c_4 * t421 - p_elbow_dh_a * s_5_5_f_x
+    t749 = p_wrist_roll_dh_d * l_4u_x + (t93 * omega_3_x + (J_3_x1 * v_3_y + t746))
+    t752 = omega_3_z * (t87 - t105) + (J_3_y1 * v_3_x + (t107 * t155 + t749))
+    l_3u_x = s_3 * t649 + c_3 * l_3_x
+    l_3u_y = s_3 * l_3_x - c_3 * t649
+    # link 2 (shoulder): composite body
+    S_2_12 = p_shoulder_dh_a * h_3u_y + (sc_3 * t734 + (J_2_xy + S_3_12 - ss_3 * S_3_p))
+    S_2_13 = p_shoulder_dh_a * m_4_4_f_x + (J_2_xz - m_3_3_b_x)
+    S_2_23 = J_2_yz - m_3_3_b_y
+    S_2_33 = S_4t_22 + t527 * 2.0
+    # link 2 (shoulder): composite body: flow of its moments
+    t780 = J_2_xz * omega_2_y
+    t783 = qd_2 * J_2_xy + (ss_3 * t741 + sc_3 * t752)
+    t786 = t780 + (t608 + p_shoulder_dh_a * l_3u_x) - t783
+    t793 = J_2_xx * omega_2_y + (k_3_3_x - p_shoulder_dh_a * l_3_z)
+    t796 = J_2_yz * omega_2_x
+    t798 = t796 + (t631 - t783)
+    K_2_23 = K_3u_23 + t131 * omega_2_x - J_2_xy * omega_2_y
+    # link 2 (shoulder): Coriolis terms
+    t815 = qd_2 * J_2_yz + (s_3 * t645 - c_3 * t643) - p_elbow_dh_d * l_3u_x
+    t817 = omega_2_y * (S_2_33 + (S_3_a + (t131 + t592))) + (omega_2_x * S_2_12 + t815)
+    t824 = S_2_33 + (J_2_xx + t580 - S_3_a) - 2.0 * (p_shoulder_dh_a * t709)
+    t828 = qd_2 * J_2_xz + (p_elbow_dh_d * l_3u_y + (c_3 * t645 + s_3 * t643))
+    s_2_n_z = omega_2_x * S_2_23 + (t786 - t798) - omega_2_y * S_2_13
+    # link 2 (shoulder): Coriolis terms with joint 2
+    t836 = c_2 * (omega_2_x * t824 + (omega_2_y * S_2_12 + t828))
+    s_2_2_n_y = s_2 * t817 - t836
+    k_2_2_y = s_2 * (t793 - J_2_xy * omega_2_x) - c_2 * K_2_23
+    # link 2 (shoulder): composite body, before its turn
+    t847 = p_shoulder_dh_a * l_3u_y + (t752 + 2.0 * (sc_3 * t741 - ss_3 * t752))
+    t850 = qd_2 * (J_2_xx - t131) + (J_2_yz * omega_2_y + (t847 - J_2_xz * omega_2_x))
+    # link 1 (waist): Coriolis terms
+    t860 = p_elbow_dh_d * l_3_z + (t796 + (t786 + (t604 - t272 - t625 - t780)))
+    K_1_t = t860 - s_2 * (s_2 * (t786 + t798) + c_2 * t850)
+    t862 = c_4 * t215 - s_4 * t223
+    t866 = t654 + omega_2_y * m_3_3_b_x - omega_2_x * m_3_3_b_y
+    t868 = omega_2_x * (s_3 * t495 + p_shoulder_dh_a * t488 - c_3 * t528)
+    t870 = t868 - t504 - omega_2_y * (c_3 * t495 + s_3 * t528)
+    t875 = t155 * t495 + (t669 - t504) - omega_3_x * m_4_4_b_y
+    t886 = omega_3_x * t349 + (t355 + v_3_x * t311 - t155 * m_4_5_b_x)
+    t893 = omega_2_x * (c_3 * t226 - s_3 * t234) + (omega_2_y * (s_3 * t226 + c_3 * t234) - t240)
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_n_y
+    out[2 * S + k] = s_2_3_n_y
+    out[3 * S + k] = s_2_4_n_y
+    out[4 * S + k] = s_2_5_n_y
+    out[5 * S + k] = s_2_6_n_y
+    out[6 * S + k] = k_2_2_y
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = t862
+    out[12 * S + k] = k_2_3_y
+    out[13 * S + k] = t866
+    out[14 * S + k] = s_3_n_z
+    out[15 * S + k] = s_4_4_b_z
+    out[16 * S + k] = s_4_5_b_z
+    out[17 * S + k] = t862
+    out[18 * S + k] = k_2_4_y
+    out[19 * S + k] = t870
+    out[20 * S + k] = t875
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = s_5_5_n_y
+    out[23 * S + k] = s_5_6_n_y
+    out[24 * S + k] = k_2_5_y
+    out[25 * S + k] = t355 + omega_2_y * t388 - omega_2_x * m_3_5_b_y
+    out[26 * S + k] = t886 - v_3_y * t341
+    out[27 * S + k] = t458 - t173 * m_5_5_n_z
+    out[28 * S + k] = s_5_n_z
+    out[29 * S + k] = t215
+    out[30 * S + k] = k_2_6_y
+    out[31 * S + k] = t893
+    out[32 * S + k] = omega_3_x * t226 - t240 - t155 * t234
+    out[33 * S + k] = t228 - t176 * t225
+    out[34 * S + k] = omega_5_x * t216 - t222
+    out[35 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(36)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 113:
+        raise ValueError("coriolis_matrix_p_packed takes 113 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:6], both[6:12], both[12:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (waist): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    # link 1 (waist): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (shoulder): force on the tool
+    f_2_x = c_2 * f_1_x + w_3 * s_2
+    f_2_y = w_3 * c_2 - s_2 * f_1_x
+    # link 2 (shoulder): moment on the tool
+    n_2_x = c_2 * n_1_x + w_6 * s_2
+    n_2_y = w_6 * c_2 - s_2 * n_1_x
+    # link 3 (elbow): moment on the tool
+    n_3_x = s_3 * n_2_y + c_3 * n_2_x
+    n_3_y = c_3 * n_2_y - s_3 * n_2_x
+    # link 4 (wrist_roll): moment on the tool
+    n_4_x = c_4 * n_3_x + s_4 * n_1_y
+    # link 5 (wrist_bend): moment on the tool
+    n_5_y = c_5 * n_3_y - s_5 * n_4_x
+    # link 3 (elbow): place of the tool, before its turn
+    r_3t_x = 0.0203 * c_3 - 0.4318 * s_3
+    r_3t_y = 0.0203 * s_3 + 0.4318 * c_3
+    # link 3 (elbow): place of the tool in frame 2
+    r_3_x = 0.4318 + r_3t_x
+    # link 2 (shoulder): place of the tool, before its turn
+    r_2t_x = c_2 * r_3_x - s_2 * r_3t_y
+    r_2t_y = s_2 * r_3_x + c_2 * r_3t_y
+    # link 1 (waist): place of the tool, before its turn
+    r_1t_x = c_1 * r_2t_x + 0.15005 * s_1
+    r_1t_y = s_1 * r_2t_x - 0.15005 * c_1
+    out[0 * S + k] = w_6 + w_2 * r_1t_x - w_1 * r_1t_y
+    out[1 * S + k] = w_3 * r_2t_x - n_1_y - f_1_x * r_2t_y
+    out[2 * S + k] = f_2_y * r_3t_x - f_2_x * r_3t_y - n_1_y
+    out[3 * S + k] = n_3_y
+    out[4 * S + k] = s_4 * n_3_x - c_4 * n_1_y
+    out[5 * S + k] = n_5_y
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(6)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("wrench_effort_packed takes 18 numbers: q, wrench, result")
+    _wrench_effort(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_shoulder_dh_a = p[32]
+    p_elbow_dh_d = p[33]
+    p_elbow_dh_a = p[34]
+    p_wrist_roll_dh_d = p[35]
+    # link 1 (waist): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (waist): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    # link 1 (waist): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (shoulder): force on the tool
+    f_2_x = c_2 * f_1_x + w_3 * s_2
+    f_2_y = w_3 * c_2 - s_2 * f_1_x
+    # link 2 (shoulder): moment on the tool
+    n_2_x = c_2 * n_1_x + w_6 * s_2
+    n_2_y = w_6 * c_2 - s_2 * n_1_x
+    # link 3 (elbow): moment on the tool
+    n_3_x = s_3 * n_2_y + c_3 * n_2_x
+    n_3_y = c_3 * n_2_y - s_3 * n_2_x
+    # link 4 (wrist_roll): moment on the tool
+    n_4_x = c_4 * n_3_x + s_4 * n_1_y
+    # link 5 (wrist_bend): moment on the tool
+    n_5_y = c_5 * n_3_y - s_5 * n_4_x
+    # link 3 (elbow): place of the tool, before its turn
+    r_3t_x = p_elbow_dh_a * c_3 - p_wrist_roll_dh_d * s_3
+    r_3t_y = p_elbow_dh_a * s_3 + p_wrist_roll_dh_d * c_3
+    # link 3 (elbow): place of the tool in frame 2
+    r_3_x = p_shoulder_dh_a + r_3t_x
+    # link 2 (shoulder): place of the tool, before its turn
+    r_2t_x = c_2 * r_3_x - s_2 * r_3t_y
+    r_2t_y = s_2 * r_3_x + c_2 * r_3t_y
+    # link 1 (waist): place of the tool, before its turn
+    r_1t_x = c_1 * r_2t_x + p_elbow_dh_d * s_1
+    r_1t_y = s_1 * r_2t_x - p_elbow_dh_d * c_1
+    out[0 * S + k] = w_6 + w_2 * r_1t_x - w_1 * r_1t_y
+    out[1 * S + k] = w_3 * r_2t_x - n_1_y - f_1_x * r_2t_y
+    out[2 * S + k] = f_2_y * r_3t_x - f_2_x * r_3t_y - n_1_y
+    out[3 * S + k] = n_3_y
+    out[4 * S + k] = s_4 * n_3_x - c_4 * n_1_y
+    out[5 * S + k] = n_5_y
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    out = np.empty(6)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 83:
+        raise ValueError("wrench_effort_p_packed takes 83 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:6], both[6:12], both[12:77], both[77:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

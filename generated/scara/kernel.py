@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'scara'
 COORDINATES = ('arm1', 'arm2', 'quill', 'flange')
@@ -173,6 +174,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("inverse_dynamics_packed takes 16 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -220,7 +229,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -244,19 +253,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -369,6 +382,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 43:
+        raise ValueError("inverse_dynamics_p_packed takes 43 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -420,7 +441,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -446,19 +467,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -532,6 +557,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("forward_dynamics_packed takes 16 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -579,7 +612,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -603,19 +636,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -722,6 +759,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 43:
+        raise ValueError("forward_dynamics_p_packed takes 43 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -773,7 +818,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -799,19 +844,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -864,6 +913,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("mass_matrix_packed takes 20 numbers: q, result")
+    _mass_matrix(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(128)
     block = np.empty(512)
@@ -897,7 +954,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -915,13 +972,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(16):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 4, count))
 
 
@@ -1012,6 +1071,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 47:
+        raise ValueError("mass_matrix_p_packed takes 47 numbers: q, p, result")
+    _mass_matrix_p(both[0:4], both[4:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(128)
     block = np.empty(512)
@@ -1049,7 +1116,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1069,13 +1136,305 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(16):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    # link 2 (arm2): effort when joint 2 is accelerated
+    t5 = c_2 * 0.35000000000000003
+    # solve: L D L^T
+    t11 = t5 + 0.74375
+    t13 = t11 * 1.3445378151260503
+    t18 = t5 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t11 * t13
+    t21 = 1.0 / (t18 + 2.1237500000000002)
+    t22 = t13 * t21
+    t23 = -t22
+    t24 = t21 - t22
+    t26 = 1.3445378151260503 + t13 * t22
+    t27 = t26 - t22
+    out[0 * S + k] = t21
+    out[1 * S + k] = t23
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = t24
+    out[4 * S + k] = t23
+    out[5 * S + k] = t26
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = t27
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.6666666666666666
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = t24
+    out[13 * S + k] = t27
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = t26 + (t21 - t22 * 2.0) + 10.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(16)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("mass_matrix_inverse_packed takes 20 numbers: q, result")
+    _mass_matrix_inverse(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_arm1_mass = p[5]
+    p_arm1_com_x = p[6]
+    p_arm1_inertia_zz = p[10]
+    p_arm2_mass = p[11]
+    p_arm2_com_x = p[12]
+    p_arm2_inertia_zz = p[16]
+    p_quill_mass = p[17]
+    p_quill_inertia_zz = p[21]
+    p_flange_mass = p[22]
+    p_flange_inertia_zz = p[26]
+    # link 3 (quill): base parameters
+    J_3_11 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
+    # link 1 (arm1): base parameters
+    t17 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    # link 3 (quill): effort when joint 3 is accelerated
+    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    C_2_x1 = J_2_x1 + m_3_3_b_y
+    # link 2 (arm2): effort when joint 2 is accelerated
+    m_2_2_f_y = c_2 * C_2_x1
+    # solve: L D L^T
+    t28 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t29 = p_arm2_dh_a * C_2_x1 + t28
+    t30 = p_arm1_dh_a * m_2_2_f_y + t29
+    t31 = 1.0 / t29
+    t32 = t30 * t31
+    t38 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t17 + m_2_2_f_y)
+    t42 = p_arm1_com_x * t17 + (p_arm1_inertia_zz + t30 - t30 * t32)
+    t44 = 1.0 / (p_arm1_dh_a * t38 + t42)
+    t45 = t32 * t44
+    t46 = -t45
+    t47 = t44 - t45
+    t49 = t31 + t32 * t45
+    t51 = t49 - t45
+    out[0 * S + k] = t44
+    out[1 * S + k] = t46
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = t47
+    out[4 * S + k] = t46
+    out[5 * S + k] = t49
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = t51
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 1.0 / J_3_11
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = t47
+    out[13 * S + k] = t51
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0 / p_flange_inertia_zz + (t47 - (t45 - t49))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(16)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 47:
+        raise ValueError("mass_matrix_inverse_p_packed takes 47 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:4], both[4:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((4, 4, count))
 
 
@@ -1135,6 +1494,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("bias_force_packed takes 12 numbers: q, qd, result")
+    _bias_force(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1175,7 +1542,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1196,16 +1563,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1282,6 +1652,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 39:
+        raise ValueError("bias_force_p_packed takes 39 numbers: q, qd, p, result")
+    _bias_force_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1326,7 +1704,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1349,16 +1727,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1388,6 +1769,14 @@ def gravity_into(q, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _gravity(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 8:
+        raise ValueError("gravity_packed takes 8 numbers: q, result")
+    _gravity(both[0:4], both[4:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1424,7 +1813,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1442,13 +1831,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1492,6 +1883,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 35:
+        raise ValueError("gravity_p_packed takes 35 numbers: q, p, result")
+    _gravity_p(both[0:4], both[4:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(128)
     block = np.empty(128)
@@ -1529,7 +1928,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1549,13 +1948,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1623,6 +2024,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 10:
+        raise ValueError("energy_packed takes 10 numbers: q, qd, result")
+    _energy(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1663,7 +2072,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1684,16 +2093,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1792,6 +2204,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 37:
+        raise ValueError("energy_p_packed takes 37 numbers: q, qd, p, result")
+    _energy_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -1836,7 +2256,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1859,16 +2279,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1906,6 +2329,14 @@ def actuation_into(x, u, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _actuation(x, u, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 16:
+        raise ValueError("actuation_packed takes 16 numbers: x, u, result")
+    _actuation(both[0:8], both[8:12], both[12:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1949,7 +2380,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1970,16 +2401,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2021,6 +2455,14 @@ def actuation_p_into(x, u, p, out):
     if out.size != 4:
         raise ValueError("out must have 4 entries")
     _actuation_p(x, u, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 43:
+        raise ValueError("actuation_p_packed takes 43 numbers: x, u, p, result")
+    _actuation_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2068,7 +2510,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
     out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2091,16 +2533,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(4):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2176,6 +2621,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("state_derivative_packed takes 20 numbers: x, u, result")
+    _state_derivative(both[0:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -2216,7 +2669,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2237,16 +2690,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2355,6 +2811,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 47:
+        raise ValueError("state_derivative_p_packed takes 47 numbers: x, u, p, result")
+    _state_derivative_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -2399,7 +2863,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
     out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2422,16 +2886,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(8):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2539,6 +3006,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 44:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 44 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -2586,7 +3061,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -2610,19 +3085,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -2745,6 +3224,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 71:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 71 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -2796,7 +3283,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -2822,19 +3309,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -2967,6 +3458,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 44:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 44 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -3014,7 +3513,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3038,19 +3537,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -3219,6 +3722,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 71:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 71 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -3270,7 +3781,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3296,19 +3807,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 8, count))
 
 
@@ -3471,6 +3986,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 76:
+        raise ValueError("state_derivative_state_jacobian_packed takes 76 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -3511,7 +4034,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
     out = np.empty((count, 64))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 8))
@@ -3532,16 +4055,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(64):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((8, 8, count))
 
 
@@ -3740,6 +4266,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 103:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 103 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -3784,7 +4318,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
     out = np.empty((count, 64))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 8))
@@ -3807,16 +4341,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(64):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((8, 8, count))
 
 
@@ -3896,6 +4433,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 44:
+        raise ValueError("state_derivative_input_jacobian_packed takes 44 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -3936,7 +4481,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 4))
@@ -3957,16 +4502,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((8, 4, count))
 
 
@@ -4076,6 +4624,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 71:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 71 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -4120,7 +4676,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
     out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 4))
@@ -4143,16 +4699,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(32):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((8, 4, count))
 
 
@@ -4350,6 +4909,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 120:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 120 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -4397,7 +4964,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
     out = np.empty((count, 108))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 27))
@@ -4421,19 +4988,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(108):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 27, count))
 
 
@@ -4666,6 +5237,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 147:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 147 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(128)
     qd_ = np.zeros(128)
@@ -4717,7 +5296,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
     out = np.empty((count, 108))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 27))
@@ -4743,19 +5322,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(4):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(4):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(4):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(108):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((4, 27, count))
 
 
@@ -5090,6 +5673,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 228:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 228 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:8], both[8:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -5130,7 +5721,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
     out = np.empty((count, 216))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 27))
@@ -5151,16 +5742,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(216):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((8, 27, count))
 
 
@@ -5582,6 +6176,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 255:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 255 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(256)
     u_ = np.zeros(128)
@@ -5626,7 +6228,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
     out = np.empty((count, 216))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 27))
@@ -5649,14 +6251,1808 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(8):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(4):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(216):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((8, 27, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): orientation
+    t7 = q_1 + q_2
+    R_2_11 = _cos(t7)
+    R_2_21 = _sin(t7)
+    # link 3 (quill): origin of its joint
+    x_3_x = c_1 * 0.4 + R_2_11 * 0.25
+    x_3_y = s_1 * 0.4 + R_2_21 * 0.25
+    # link 4 (flange): origin of its joint
+    x_4_z = 0.125 - q_3
+    # link 4 (flange): orientation
+    t20 = q_4 - t7
+    R_4_11 = _cos(t20)
+    R_4_12 = -_sin(t20)
+    R_4_22 = -R_4_11
+    out[0 * S + k] = R_4_11
+    out[1 * S + k] = R_4_12
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = x_3_x
+    out[4 * S + k] = R_4_12
+    out[5 * S + k] = R_4_22
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = x_3_y
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = -1.0
+    out[11 * S + k] = x_4_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 20:
+        raise ValueError("forward_kinematics_packed takes 20 numbers: q, result")
+    _forward_kinematics(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    p_arm1_dh_d = p[1]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_flange_dh_d = p[4]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): origin of its joint
+    x_2_x = p_arm1_dh_a * c_1
+    x_2_y = p_arm1_dh_a * s_1
+    # link 2 (arm2): orientation
+    t13 = q_1 + q_2
+    R_2_11 = _cos(t13)
+    R_2_21 = _sin(t13)
+    # link 3 (quill): origin of its joint
+    x_3_x = x_2_x + p_arm2_dh_a * R_2_11
+    x_3_y = x_2_y + p_arm2_dh_a * R_2_21
+    # link 4 (flange): origin of its joint
+    x_4_z = p_arm1_dh_d - q_3 - p_flange_dh_d
+    # link 4 (flange): orientation
+    t22 = q_4 - t13
+    R_4_11 = _cos(t22)
+    R_4_12 = -_sin(t22)
+    R_4_22 = -R_4_11
+    out[0 * S + k] = R_4_11
+    out[1 * S + k] = R_4_12
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = x_3_x
+    out[4 * S + k] = R_4_12
+    out[5 * S + k] = R_4_22
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = x_3_y
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = -1.0
+    out[11 * S + k] = x_4_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 47:
+        raise ValueError("forward_kinematics_p_packed takes 47 numbers: q, p, result")
+    _forward_kinematics_p(both[0:4], both[4:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): orientation
+    t5 = q_1 + q_2
+    R_2_11 = _cos(t5)
+    R_2_21 = _sin(t5)
+    # link 3 (quill): origin of its joint
+    r_2_x = R_2_11 * 0.25
+    x_3_x = r_2_x + c_1 * 0.4
+    out[0 * S + k] = s_1 * -0.4 - R_2_21 * 0.25
+    out[1 * S + k] = R_2_21 * -0.25
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = x_3_x
+    out[5 * S + k] = r_2_x
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = -1.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 1.0
+    out[21 * S + k] = 1.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = -1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(24)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 28:
+        raise ValueError("jacobian_packed takes 28 numbers: q, result")
+    _jacobian(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): origin of its joint
+    x_2_x = p_arm1_dh_a * c_1
+    x_2_y = p_arm1_dh_a * s_1
+    # link 2 (arm2): orientation
+    t9 = q_1 + q_2
+    R_2_11 = _cos(t9)
+    R_2_21 = _sin(t9)
+    # link 3 (quill): origin of its joint
+    r_2_x = p_arm2_dh_a * R_2_11
+    x_3_x = x_2_x + r_2_x
+    r_2_y = p_arm2_dh_a * R_2_21
+    out[0 * S + k] = -(x_2_y + r_2_y)
+    out[1 * S + k] = -r_2_y
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = x_3_x
+    out[5 * S + k] = r_2_x
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = -1.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 1.0
+    out[21 * S + k] = 1.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = -1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(24)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 55:
+        raise ValueError("jacobian_p_packed takes 55 numbers: q, p, result")
+    _jacobian_p(both[0:4], both[4:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): orientation
+    t6 = q_1 + q_2
+    R_2_11 = _cos(t6)
+    R_2_21 = _sin(t6)
+    # link 3 (quill): origin of its joint
+    r_2_x = R_2_11 * 0.25
+    x_3_x = r_2_x + c_1 * 0.4
+    r_2_y = R_2_21 * 0.25
+    x_3_y = r_2_y + s_1 * 0.4
+    # joint 2: velocity of the tool from here on
+    t17 = qd_2 * r_2_y
+    u_2_y = qd_2 * r_2_x
+    # joint 1: velocity of the tool from here on
+    u_1_x = -(t17 + qd_1 * x_3_y)
+    out[0 * S + k] = -(u_2_y + qd_1 * x_3_x)
+    out[1 * S + k] = -(u_2_y + qd_1 * r_2_x)
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = u_1_x
+    out[5 * S + k] = -(t17 + qd_1 * r_2_y)
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    out = np.empty(24)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 32:
+        raise ValueError("jacobian_rate_packed takes 32 numbers: q, qd, result")
+    _jacobian_rate(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): origin of its joint
+    x_2_x = p_arm1_dh_a * c_1
+    x_2_y = p_arm1_dh_a * s_1
+    # link 2 (arm2): orientation
+    t10 = q_1 + q_2
+    R_2_11 = _cos(t10)
+    R_2_21 = _sin(t10)
+    # link 3 (quill): origin of its joint
+    r_2_x = p_arm2_dh_a * R_2_11
+    x_3_x = x_2_x + r_2_x
+    r_2_y = p_arm2_dh_a * R_2_21
+    x_3_y = x_2_y + r_2_y
+    # joint 2: velocity of the tool from here on
+    t17 = qd_2 * r_2_y
+    u_2_y = qd_2 * r_2_x
+    # joint 1: velocity of the tool from here on
+    u_1_x = -(t17 + qd_1 * x_3_y)
+    out[0 * S + k] = -(u_2_y + qd_1 * x_3_x)
+    out[1 * S + k] = -(u_2_y + qd_1 * r_2_x)
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = u_1_x
+    out[5 * S + k] = -(t17 + qd_1 * r_2_y)
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(24)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 24:
+        raise ValueError("out must have 24 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 59:
+        raise ValueError("jacobian_rate_p_packed takes 59 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(24):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 24))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((24, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(768)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(24):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm2): all from here on: first moment, before its turn
+    h_2t_y = s_2 * 0.875
+    # link 1 (arm1): all from here on: first moment
+    h_1_x = c_2 * 0.875 + 4.0
+    # link 1 (arm1): all from here on: first moment, before its turn
+    h_1t_y = s_1 * h_1_x + c_1 * h_2t_y
+    t19 = (s_1 * h_2t_y - c_1 * h_1_x) * -0.07407407407407407
+    out[0 * S + k] = t19
+    out[1 * S + k] = h_1t_y * 0.07407407407407407
+    out[2 * S + k] = -0.07407407407407407 * (q_3 * 1.5 - 3.052)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 7:
+        raise ValueError("center_of_mass_packed takes 7 numbers: q, result")
+    _center_of_mass(both[0:4], both[4:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(128)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    p_arm1_dh_d = p[1]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_flange_dh_d = p[4]
+    p_arm1_mass = p[5]
+    p_arm1_com_x = p[6]
+    p_arm1_com_z = p[7]
+    p_arm2_mass = p[11]
+    p_arm2_com_x = p[12]
+    p_arm2_com_z = p[13]
+    p_quill_mass = p[17]
+    p_quill_com_z = p[18]
+    p_flange_mass = p[22]
+    p_flange_com_z = p[23]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (quill): all from here on: mass
+    m_3 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): all from here on: mass
+    m_2 = p_arm2_mass + m_3
+    # link 2 (arm2): all from here on: first moment
+    h_2_x = p_arm2_mass * p_arm2_com_x + p_arm2_dh_a * m_2
+    # link 2 (arm2): all from here on: first moment, before its turn
+    h_2t_x = c_2 * h_2_x
+    h_2t_y = s_2 * h_2_x
+    # link 1 (arm1): all from here on: mass
+    m_1 = p_arm1_mass + m_2
+    # link 1 (arm1): all from here on: first moment
+    h_1_x = p_arm1_dh_a * m_1 + (h_2t_x + p_arm1_mass * p_arm1_com_x)
+    # link 1 (arm1): all from here on: first moment, before its turn
+    h_1t_y = s_1 * h_1_x + c_1 * h_2t_y
+    t44 = 1.0 / m_1
+    # link 1 (arm1): all from here on: first moment, in frame 0
+    t50 = p_arm1_mass * p_arm1_com_z - p_quill_mass * p_quill_com_z
+    t53 = p_arm1_dh_d * m_1 + (t50 - q_3 * m_3 - p_arm2_mass * p_arm2_com_z)
+    t54 = t53 - p_flange_mass * (p_flange_dh_d + p_flange_com_z)
+    out[0 * S + k] = t44 * (c_1 * h_1_x - s_1 * h_2t_y)
+    out[1 * S + k] = h_1t_y * t44
+    out[2 * S + k] = t44 * t54
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 34:
+        raise ValueError("center_of_mass_p_packed takes 34 numbers: q, p, result")
+    _center_of_mass_p(both[0:4], both[4:31], both[31:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(128)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(128)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm2): velocity, before its turn
+    v_2t_y = qd_1 * 0.4
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (arm2): velocity of its frame
+    v_2_x = s_2 * v_2t_y
+    v_2_y = c_2 * v_2t_y
+    # link 2 (arm2): composite body: flow of its moments
+    K_2_t = v_2_x * 0.875
+    # link 2 (arm2): composite body: momentum
+    l_2_y = omega_2_z * 0.5 + (v_2_y + omega_2_z * 0.25) * 1.5
+    # link 2 (arm2): Coriolis terms
+    s_2_f_x = v_2_y * 1.5 - l_2_y
+    # link 2 (arm2): Coriolis terms with joint 2
+    s_2_2_b_z = 0.4 * (s_2 * s_2_f_x)
+    # link 1 (arm1): Coriolis terms
+    K_1_t = K_2_t - 0.4 * (s_2 * l_2_y - 1.5 * (c_2 * v_2_x))
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_b_z
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = K_2_t
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    out = np.empty(16)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("coriolis_matrix_packed takes 24 numbers: q, qd, result")
+    _coriolis_matrix(both[0:4], both[4:8], both[8:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_arm2_mass = p[11]
+    p_arm2_com_x = p[12]
+    p_quill_mass = p[17]
+    p_flange_mass = p[22]
+    # link 3 (quill): base parameters
+    J_3_11 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 2 (arm2): velocity, before its turn
+    v_2t_y = qd_1 * p_arm1_dh_a
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (arm2): velocity of its frame
+    v_2_x = s_2 * v_2t_y
+    v_2_y = c_2 * v_2t_y
+    # link 3 (quill): composite body: momentum
+    l_3_x = J_3_11 * v_2_x
+    # link 3 (quill): Coriolis terms with joint 3
+    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    h_2_x = J_2_x1 + m_3_3_b_y
+    # link 2 (arm2): composite body: flow of its moments
+    K_2_t = J_2_x1 * v_2_x + p_arm2_dh_a * l_3_x
+    # link 2 (arm2): composite body: momentum
+    l_2_y = J_3_11 * (v_2_y + p_arm2_dh_a * omega_2_z) + J_2_x1 * omega_2_z
+    # link 2 (arm2): Coriolis terms
+    s_2_n_z = K_2_t - v_2_x * h_2_x
+    # link 2 (arm2): Coriolis terms with joint 2
+    s_2_2_b_z = s_2_n_z - (l_2_y - J_3_11 * v_2_y) * (p_arm1_dh_a * s_2)
+    # link 2 (arm2): composite body, before its turn
+    l_2u_x = c_2 * l_3_x - s_2 * l_2_y
+    # link 1 (arm1): Coriolis terms
+    K_1_t = K_2_t + p_arm1_dh_a * l_2u_x
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_b_z
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = K_2_t
+    out[5 * S + k] = s_2_n_z
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(16)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if qd.shape[0] != 4:
+        raise ValueError("qd must have 4 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 51:
+        raise ValueError("coriolis_matrix_p_packed takes 51 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(4):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if qd.shape[0] != 4 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 4 rows")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(128)
+    qd_ = np.zeros(128)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(4):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 1 (arm1): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 2 (arm2): place of the tool, before its turn
+    r_2t_x = c_2 * 0.25
+    r_2t_y = s_2 * 0.25
+    # link 2 (arm2): place of the tool in frame 1
+    r_2_x = r_2t_x + 0.4
+    # link 1 (arm1): place of the tool, before its turn
+    r_1t_y = c_1 * r_2t_y + s_1 * r_2_x
+    t30 = w_6 - w_2 * (s_1 * r_2t_y - c_1 * r_2_x) - w_1 * r_1t_y
+    out[0 * S + k] = t30
+    out[1 * S + k] = w_6 + f_1_y * r_2t_x - f_1_x * r_2t_y
+    out[2 * S + k] = -w_3
+    out[3 * S + k] = -w_6
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(4)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("wrench_effort_packed takes 14 numbers: q, wrench, result")
+    _wrench_effort(both[0:4], both[4:10], both[10:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    # link 1 (arm1): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (arm2): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 1 (arm1): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 2 (arm2): place of the tool, before its turn
+    r_2t_x = p_arm2_dh_a * c_2
+    r_2t_y = p_arm2_dh_a * s_2
+    # link 2 (arm2): place of the tool in frame 1
+    r_2_x = p_arm1_dh_a + r_2t_x
+    # link 1 (arm1): place of the tool, before its turn
+    r_1t_y = c_1 * r_2t_y + s_1 * r_2_x
+    t30 = w_6 - w_2 * (s_1 * r_2t_y - c_1 * r_2_x) - w_1 * r_1t_y
+    out[0 * S + k] = t30
+    out[1 * S + k] = w_6 + f_1_y * r_2t_x - f_1_x * r_2t_y
+    out[2 * S + k] = -w_3
+    out[3 * S + k] = -w_6
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    out = np.empty(4)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    if out.size != 4:
+        raise ValueError("out must have 4 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 41:
+        raise ValueError("wrench_effort_p_packed takes 41 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:4], both[4:10], both[10:37], both[37:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(4):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(4):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    out = np.empty((count, 4))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 4:
+        raise ValueError("q must have 4 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[1]
+    out = np.empty((4, count))
+    q_ = np.zeros(128)
+    wrench_ = np.zeros(192)
+    block = np.empty(128)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(4):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(4):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'stanford'
 COORDINATES = ('shoulder_pan', 'shoulder_tilt', 'boom', 'wrist_roll', 'wrist_bend', 'hand')
@@ -271,6 +272,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("inverse_dynamics_packed takes 24 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -318,7 +327,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -342,19 +351,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -654,6 +667,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 66:
+        raise ValueError("inverse_dynamics_p_packed takes 66 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -705,7 +726,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -731,19 +752,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1028,6 +1053,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("forward_dynamics_packed takes 24 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1075,7 +1108,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1099,19 +1132,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1510,6 +1547,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 66:
+        raise ValueError("forward_dynamics_p_packed takes 66 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1561,7 +1606,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1587,19 +1632,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1745,6 +1794,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_packed takes 42 numbers: q, result")
+    _mass_matrix(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -1778,7 +1835,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -1796,13 +1853,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2053,6 +2112,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 84:
+        raise ValueError("mass_matrix_p_packed takes 84 numbers: q, p, result")
+    _mass_matrix_p(both[0:6], both[6:48], both[48:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2090,7 +2157,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2110,13 +2177,641 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 5 (wrist_bend): effort when joint 6 is accelerated
+    m_5_6_n_x = s_5 * 0.0002999999999999999
+    # link 4 (wrist_roll): effort when joint 6 is accelerated
+    m_4_6_n_x = c_4 * m_5_6_n_x
+    # link 5 (wrist_bend): effort when joint 5 is accelerated
+    m_5_5_f_x = c_5 * 0.079443
+    t20 = s_5 * -0.079443
+    m_5_5_f_y = s_5 * 0.079443
+    m_5_5_n_x = s_5 * -1.0697399999999999e-05
+    C_5t_yz = c_5 * -1.0697399999999999e-05
+    # link 4 (wrist_roll): effort when joint 5 is accelerated
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    # link 3 (boom): effort when joint 5 is accelerated
+    m_3_5_b_x = c_4 * (q_3 * m_5_5_f_x + 0.025716128300000002) + (s_4 * m_5_5_n_x + s_5 * 0.0016126928999999999)
+    m_3_5_b_z = q_3 * m_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * m_5_5_n_x)
+    # link 2 (shoulder_tilt): effort when joint 5 is accelerated
+    t48 = c_2 * (c_5 * 1.0697399999999999e-05 - 0.0203 * m_4_5_f_y)
+    t51 = (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y) * 0.154 - s_2 * m_3_5_b_x
+    m_2_5_b_z = t51 - t48
+    # link 5 (wrist_bend): composite body, before its turn
+    t53 = c_5 * c_5
+    t54 = s_5 * s_5
+    t59 = t53 * 0.00115 - t54 * 0.0268661283
+    t62 = c_5 * s_5 * 0.0280161283
+    C_5t_xz = s_5 * 1.0697399999999999e-05
+    # link 4 (wrist_roll): composite body
+    t65 = C_5t_yz - 5.36544e-05
+    # link 4 (wrist_roll): effort when joint 4 is accelerated
+    t67 = t59 - 0.0044997356
+    C_4t_y1 = s_4 * m_5_5_f_y + c_4 * 0.029825999999999995
+    t74 = s_4 * 0.029825999999999995 - c_4 * m_5_5_f_y
+    t77 = s_4 * t65 + c_4 * t62
+    # link 3 (boom): effort when joint 4 is accelerated
+    m_3_4_b_x = c_4 * t65 - s_4 * t62 - q_3 * C_4t_y1
+    # link 2 (shoulder_tilt): effort when joint 4 is accelerated
+    t84 = s_2 * m_3_4_b_x
+    # link 4 (wrist_roll): composite body, before its turn
+    t85 = c_4 * C_5t_xz
+    t87 = s_4 * 0.0044997356 - t85
+    t90 = s_4 * C_5t_xz
+    t91 = c_4 * t59 + t90
+    # link 3 (boom): composite body
+    C_3_xy = 0.0203 * C_4t_y1 - s_4 * t91 - c_4 * t87
+    t105 = t74 - 0.13134099999999999
+    C_3_z1 = m_5_5_f_x - 2.7499110000000004
+    # link 2 (shoulder_tilt): composite body
+    t108 = s_4 * (t85 - s_4 * t59) + c_4 * (t90 + c_4 * 0.0044997356)
+    C_2_xx = t108 + 0.007999999999999896
+    t113 = C_3_z1 + q_3 * 6.470000000000001
+    t119 = q_3 * (C_3_z1 + t113) + (t53 * 0.0268661283 - t54 * 0.00115)
+    C_2_yy = t119 + 4.287553293700001
+    C_2_yz = t77 + c_5 * 0.0016126928999999999 - q_3 * t105 - 0.055823193300000004
+    # link 1 (shoulder_pan): composite body
+    t141 = t105 + 0.99638
+    t144 = m_5_6_n_x * (s_2 * s_4) - 0.0002999999999999999 * (c_2 * c_5)
+    # solve: L D L^T
+    t146 = t144 * 49.26108374384237
+    t147 = m_4_6_n_x * 49.26108374384237
+    t149 = c_5 * 0.014778325123152707
+    t157 = m_2_5_b_z * 8.148888119704473
+    t158 = m_3_5_b_z * 8.148888119704473
+    t160 = s_5 * -0.6473721188936825
+    t162 = c_5 * -8.717191577172662e-05
+    t176 = c_2 * (t67 - t74 * 0.13369999999999999) + (m_2_5_b_z * t162 + (t84 - t144 * t149))
+    t180 = m_4_6_n_x * t149 + (t77 - q_3 * t74) - m_3_5_b_z * t162
+    t181 = t20 * t162
+    t184 = C_5t_yz * t162 + (t67 + c_5 * 0.0002999999999999999 * t149)
+    t188 = 1.0 / (t184 - 0.106)
+    t189 = t176 * t188
+    t190 = t180 * t188
+    t191 = t181 * t188
+    t198 = s_2 * t141 + (m_2_5_b_z * t160 - t176 * t191)
+    t201 = t180 * t191 + (C_4t_y1 + m_3_5_b_z * t160)
+    t206 = 1.0 / (t20 * t160 - t181 * t191 - 7.252000000000001)
+    t207 = t198 * t206
+    t208 = t201 * t206
+    t212 = s_2 * C_3_xy + 0.154 * (c_2 * t113 - s_2 * C_4t_y1)
+    t215 = m_2_5_b_z * t158 + (t144 * t147 + (t212 - c_2 * C_2_yz))
+    t217 = t176 * t190 + t215 - t198 * t208
+    t221 = C_2_xx + C_2_yy - m_4_6_n_x * t147 - m_3_5_b_z * t158
+    t226 = 1.0 / (t201 * t208 + (t180 * t190 + t221) + 2.193)
+    t227 = t217 * t226
+    t234 = c_2 * (t84 - c_2 * C_2_xx) + (c_4 * t91 + (t74 * 0.0406 - s_4 * t87))
+    t236 = t144 * t146 + (t234 - s_2 * (s_2 * C_2_yy - c_2 * m_3_4_b_x))
+    t239 = m_2_5_b_z * t157 + t236 - t176 * t189 - t198 * t207
+    t244 = t217 * t227 + t239 - 0.154 * (t105 + t141) - 1.4339328644
+    t245 = 1.0 / t244
+    t247 = t227 * t245
+    t248 = -t247
+    t251 = t207 * t245 + t208 * t247
+    t256 = t189 * t245 - t190 * t247 - t191 * t251
+    t263 = t157 * t245 + t158 * t247 - t160 * t251 - t162 * t256
+    t268 = t149 * t256 + (t146 * t245 + t147 * t247)
+    t269 = -t268
+    t271 = t226 - t227 * t247
+    t274 = t207 * t247 - t208 * t271
+    t279 = t189 * t247 + t190 * t271 - t191 * t274
+    t286 = t157 * t247 - t158 * t271 - t160 * t274 - t162 * t279
+    t291 = t149 * t279 + (t146 * t247 - t147 * t271)
+    t292 = -t291
+    t296 = t208 * t274 + (t206 + t207 * t251)
+    t302 = t191 * t296 - (t189 * t251 - t190 * t274)
+    t309 = t162 * t302 + (t157 * t251 + t158 * t274 - t160 * t296)
+    t310 = -t309
+    t315 = t146 * t251 + t147 * t274 - t149 * t302
+    t321 = t191 * t302 + (t188 + t189 * t256 - t190 * t279)
+    t329 = t162 * t321 - (t160 * t302 + (t157 * t256 + t158 * t279))
+    t334 = t149 * t321 + (t146 * t256 + t147 * t279)
+    t341 = t160 * t309 - t157 * t263 - t158 * t286 - t162 * t329
+    t347 = t146 * t263 + t147 * t286 - t149 * t329
+    t353 = 49.26108374384237 - t146 * t268 - t147 * t291 - t149 * t334
+    out[0 * S + k] = -t245
+    out[1 * S + k] = t248
+    out[2 * S + k] = t251
+    out[3 * S + k] = t256
+    out[4 * S + k] = t263
+    out[5 * S + k] = t269
+    out[6 * S + k] = t248
+    out[7 * S + k] = t271
+    out[8 * S + k] = t274
+    out[9 * S + k] = t279
+    out[10 * S + k] = t286
+    out[11 * S + k] = t292
+    out[12 * S + k] = t251
+    out[13 * S + k] = t274
+    out[14 * S + k] = -t296
+    out[15 * S + k] = t302
+    out[16 * S + k] = t310
+    out[17 * S + k] = t315
+    out[18 * S + k] = t256
+    out[19 * S + k] = t279
+    out[20 * S + k] = t302
+    out[21 * S + k] = -t321
+    out[22 * S + k] = t329
+    out[23 * S + k] = t334
+    out[24 * S + k] = t263
+    out[25 * S + k] = t286
+    out[26 * S + k] = t310
+    out[27 * S + k] = t329
+    out[28 * S + k] = 8.148888119704473 + t341
+    out[29 * S + k] = t347
+    out[30 * S + k] = t269
+    out[31 * S + k] = t292
+    out[32 * S + k] = t315
+    out[33 * S + k] = t334
+    out[34 * S + k] = t347
+    out[35 * S + k] = t353
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_inverse_packed takes 42 numbers: q, result")
+    _mass_matrix_inverse(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    p_shoulder_pan_mass = p[4]
+    p_shoulder_pan_com_z = p[6]
+    p_shoulder_pan_inertia_yy = p[8]
+    p_shoulder_tilt_mass = p[10]
+    p_shoulder_tilt_com_y = p[11]
+    p_shoulder_tilt_inertia_xx = p[12]
+    p_shoulder_tilt_inertia_yy = p[13]
+    p_shoulder_tilt_inertia_zz = p[14]
+    p_boom_mass = p[15]
+    p_boom_com_z = p[16]
+    p_boom_inertia_xx = p[17]
+    p_boom_inertia_yy = p[18]
+    p_boom_inertia_zz = p[19]
+    p_wrist_roll_mass = p[20]
+    p_wrist_roll_com_y = p[21]
+    p_wrist_roll_com_z = p[22]
+    p_wrist_roll_inertia_xx = p[23]
+    p_wrist_roll_inertia_yy = p[24]
+    p_wrist_roll_inertia_zz = p[25]
+    p_wrist_bend_mass = p[26]
+    p_wrist_bend_com_y = p[27]
+    p_wrist_bend_com_z = p[28]
+    p_wrist_bend_inertia_xx = p[29]
+    p_wrist_bend_inertia_yy = p[30]
+    p_hand_mass = p[31]
+    p_hand_com_z = p[32]
+    p_hand_inertia_xx = p[33]
+    p_hand_inertia_yy = p[34]
+    p_hand_inertia_zz = p[35]
+    p_shoulder_pan_added_inertia_inertia = p[36]
+    p_shoulder_tilt_added_inertia_inertia = p[37]
+    p_boom_added_inertia_inertia = p[38]
+    p_wrist_roll_added_inertia_inertia = p[39]
+    p_wrist_bend_added_inertia_inertia = p[40]
+    p_hand_added_inertia_inertia = p[41]
+    # link 6 (hand): base parameters
+    t37 = p_hand_inertia_xx * 0.5
+    t38 = p_hand_inertia_zz * 0.5
+    t39 = p_hand_inertia_yy * 0.5
+    t41 = t37 - t38 - t39
+    t42 = t38 - t39
+    J_6_yy = t37 + t42
+    J_6_z1 = p_hand_mass * p_hand_com_z
+    # link 5 (wrist_bend): base parameters
+    t46 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t48 = p_wrist_bend_inertia_xx * 0.5
+    t49 = p_wrist_bend_inertia_yy * 0.5
+    t52 = p_wrist_bend_com_z * t46 + (p_hand_com_z * J_6_z1 + (t37 - t42))
+    t54 = t49 + (t48 + t52)
+    J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
+    t56 = p_wrist_bend_com_z * J_5_z1
+    t57 = J_6_z1 + t46
+    # link 4 (wrist_roll): base parameters
+    t59 = p_wrist_roll_inertia_zz * 0.5
+    t60 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t62 = p_wrist_roll_mass * p_wrist_roll_com_y
+    J_4_y1 = J_5_z1 + t60
+    J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (boom): base parameters
+    t68 = p_boom_dh_a * p_boom_mass
+    t71 = p_boom_mass * p_boom_com_z
+    J_3_11 = p_boom_mass + J_4_11
+    # link 2 (shoulder_tilt): base parameters
+    J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t78 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (hand): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (hand): effort when joint 6 is accelerated
+    t87 = t41 - J_6_yy
+    # link 5 (wrist_bend): effort when joint 6 is accelerated
+    t88 = s_5 * t87
+    t89 = c_5 * t87
+    # link 4 (wrist_roll): effort when joint 6 is accelerated
+    t90 = c_4 * t88
+    # link 6 (hand): composite body, before its turn
+    t94 = s_6 * s_6
+    t96 = c_6 * c_6
+    t100 = (t41 + J_6_yy) * (c_6 * s_6)
+    # link 5 (wrist_bend): composite body
+    t103 = t48 - t49
+    t105 = J_6_yy * t94 - t41 * t96 - t103
+    # link 5 (wrist_bend): effort when joint 5 is accelerated
+    t106 = t54 + t105
+    m_5_5_f_x = t57 * c_5
+    m_5_5_f_y = t57 * s_5
+    C_5t_xz = t56 * s_5 - c_5 * t100
+    t114 = s_5 * t100 + t56 * c_5
+    # link 4 (wrist_roll): effort when joint 5 is accelerated
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t117 = c_4 * C_5t_xz
+    t118 = s_4 * C_5t_xz
+    # link 3 (boom): effort when joint 5 is accelerated
+    t126 = t118 - p_boom_dh_a * m_5_5_f_y - c_4 * (t106 + q_3 * m_5_5_f_x)
+    t129 = q_3 * m_4_5_f_y + (s_4 * t106 + t117)
+    # link 2 (shoulder_tilt): effort when joint 5 is accelerated
+    t135 = p_shoulder_tilt_dh_d * (s_2 * m_5_5_f_y - c_2 * m_4_5_f_y)
+    t136 = s_2 * t126 - c_2 * (t114 - p_boom_dh_a * m_4_5_f_y)
+    m_2_5_b_z = t135 + t136
+    # link 5 (wrist_bend): composite body, before its turn
+    t138 = c_5 * c_5
+    t140 = s_5 * s_5
+    t144 = (t54 - t105) * (c_5 * s_5)
+    # link 4 (wrist_roll): composite body
+    t147 = p_wrist_roll_inertia_yy * 0.5
+    t148 = p_wrist_roll_inertia_xx * 0.5
+    t149 = t147 - t148
+    C_4_xx = t149 + (t54 * t140 + (t59 + t105 * t138))
+    t154 = p_wrist_roll_com_z * t60 + (p_wrist_bend_com_y * J_5_z1 - t59)
+    t158 = t147 + (t103 + (J_6_yy * t96 + (t154 - t41 * t94)))
+    C_4_yy = t148 + t158
+    t160 = p_wrist_roll_com_z * t62 - t114
+    # link 4 (wrist_roll): effort when joint 4 is accelerated
+    M_4_4 = C_4_xx + C_4_yy
+    C_4t_y1 = J_4_y1 * c_4 + s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y - J_4_y1 * s_4
+    t170 = s_4 * t160 + c_4 * t144
+    t173 = p_boom_dh_a * m_4_4_f_y
+    # link 3 (boom): effort when joint 4 is accelerated
+    m_3_4_b_x = c_4 * t160 - s_4 * t144 - q_3 * C_4t_y1
+    # link 2 (shoulder_tilt): effort when joint 4 is accelerated
+    t178 = s_2 * m_3_4_b_x
+    # link 4 (wrist_roll): composite body, before its turn
+    t180 = t117 - s_4 * C_4_yy
+    t183 = t118 - c_4 * C_4_xx
+    # link 3 (boom): composite body
+    C_3_x1 = m_4_4_f_y + (t68 + p_boom_dh_a * J_4_11)
+    # link 2 (shoulder_tilt): composite body
+    t198 = t62 - m_5_5_f_x
+    # link 3 (boom): composite body
+    t199 = t71 - t198
+    # link 2 (shoulder_tilt): composite body
+    t202 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t204 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t206 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    t207 = s_4 * (t117 + s_4 * C_4_xx) + c_4 * (t118 + c_4 * C_4_yy)
+    C_2_xx = t206 + (t202 + t207 - t204)
+    t212 = t199 + q_3 * J_3_11
+    t215 = t202 - t206
+    t217 = p_boom_com_z * t71 + (t59 + p_wrist_roll_com_y * t62)
+    t222 = q_3 * (t199 + t212) + (t204 + (t105 * t140 + (t54 * t138 + t217) - t149))
+    t223 = t215 + t222
+    t228 = q_3 * C_3_x1 + (p_boom_com_z * t68 + t170) - p_boom_dh_a * t198
+    # link 2 (shoulder_tilt): effort when joint 2 is accelerated
+    t232 = s_2 * (s_4 * t183 - c_4 * t180 - p_boom_dh_a * C_4t_y1)
+    t234 = p_shoulder_tilt_dh_d * (c_2 * t212 - s_2 * C_4t_y1)
+    # link 1 (shoulder_pan): composite body
+    t242 = C_3_x1 - p_shoulder_tilt_dh_d * J_3_11
+    t243 = t88 * (s_2 * s_4) - c_2 * t89
+    # solve: L D L^T
+    t253 = 1.0 / (t87 - p_hand_added_inertia_inertia)
+    t254 = t243 * t253
+    t255 = t90 * t253
+    t256 = t89 * t253
+    t263 = 1.0 / (t106 + p_wrist_bend_added_inertia_inertia)
+    t264 = m_2_5_b_z * t263
+    t265 = t129 * t263
+    t266 = m_5_5_f_y * t263
+    t267 = t114 * t263
+    t278 = c_2 * (M_4_4 + t173 - p_shoulder_tilt_dh_d * m_4_4_f_y)
+    t281 = t178 + t243 * t256 - m_2_5_b_z * t267 - t278
+    t285 = t129 * t267 + (t170 + q_3 * m_4_4_f_y - t90 * t256)
+    t286 = m_5_5_f_y * t267
+    t289 = t89 * t256 + (M_4_4 + p_wrist_roll_added_inertia_inertia)
+    t291 = 1.0 / (t289 - t114 * t267)
+    t292 = t281 * t291
+    t293 = t285 * t291
+    t294 = t286 * t291
+    t301 = s_2 * t242 + (m_2_5_b_z * t266 - t281 * t294)
+    t304 = C_4t_y1 - t129 * t266 - t285 * t294
+    t307 = J_3_11 + p_boom_added_inertia_inertia - m_5_5_f_y * t266
+    t309 = 1.0 / (t307 - t286 * t294)
+    t310 = t301 * t309
+    t311 = t304 * t309
+    t317 = t243 * t255 + (t232 + c_2 * t228 - t234) - m_2_5_b_z * t265
+    t319 = t301 * t311 + (t281 * t293 + t317)
+    t322 = p_shoulder_tilt_added_inertia_inertia + (C_2_xx + t223)
+    t326 = t90 * t255 + t322 - t129 * t265 - t285 * t293 - t304 * t311
+    t327 = 1.0 / t326
+    t328 = t319 * t327
+    t334 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t338 = p_shoulder_pan_inertia_yy + p_shoulder_tilt_com_y * J_2_z1
+    t344 = t204 + (t78 + t338 + t173 * 2.0 - s_4 * t180 - c_4 * t183)
+    t347 = s_2 * (s_2 * t223 - c_2 * m_3_4_b_x) + (t344 - t215 - c_2 * (t178 - c_2 * C_2_xx))
+    t349 = t243 * t254 + (p_shoulder_pan_added_inertia_inertia + t347)
+    t352 = t349 - m_2_5_b_z * t264 - t281 * t292 - t301 * t310
+    t354 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t352 - t319 * t328)
+    t355 = p_shoulder_tilt_dh_d * (t334 - C_3_x1 - t242) + t354
+    t356 = 1.0 / t355
+    t357 = t328 * t356
+    t358 = -t357
+    t361 = t310 * t356 + t311 * t357
+    t362 = -t361
+    t367 = t292 * t356 + t293 * t357 - t294 * t361
+    t374 = t267 * t367 - (t266 * t361 + (t264 * t356 - t265 * t357))
+    t379 = t254 * t356 - t255 * t357 - t256 * t367
+    t381 = t327 + t328 * t357
+    t384 = t310 * t357 + t311 * t381
+    t389 = t294 * t384 - (t292 * t357 + t293 * t381)
+    t396 = t267 * t389 + (t266 * t384 + (t264 * t357 - t265 * t381))
+    t401 = t256 * t389 + (t254 * t357 - t255 * t381)
+    t402 = -t401
+    t406 = t311 * t384 + (t309 + t310 * t361)
+    t411 = t294 * t406 - (t292 * t361 + t293 * t384)
+    t418 = t267 * t411 + (t266 * t406 + (t264 * t361 - t265 * t384))
+    t423 = t255 * t384 - t254 * t361 - t256 * t411
+    t429 = t294 * t411 + (t291 + t292 * t367 - t293 * t389)
+    t436 = t267 * t429 - (t264 * t367 + t265 * t389 - t266 * t411)
+    t441 = t254 * t367 + t255 * t389 - t256 * t429
+    t449 = t267 * t436 + (t266 * t418 + (t263 - t264 * t374 - t265 * t396))
+    t454 = t254 * t374 + t255 * t396 - t256 * t436
+    out[0 * S + k] = t356
+    out[1 * S + k] = t358
+    out[2 * S + k] = t362
+    out[3 * S + k] = t367
+    out[4 * S + k] = t374
+    out[5 * S + k] = t379
+    out[6 * S + k] = t358
+    out[7 * S + k] = t381
+    out[8 * S + k] = t384
+    out[9 * S + k] = t389
+    out[10 * S + k] = t396
+    out[11 * S + k] = t402
+    out[12 * S + k] = t362
+    out[13 * S + k] = t384
+    out[14 * S + k] = t406
+    out[15 * S + k] = t411
+    out[16 * S + k] = t418
+    out[17 * S + k] = t423
+    out[18 * S + k] = t367
+    out[19 * S + k] = t389
+    out[20 * S + k] = t411
+    out[21 * S + k] = t429
+    out[22 * S + k] = t436
+    out[23 * S + k] = t441
+    out[24 * S + k] = t374
+    out[25 * S + k] = t396
+    out[26 * S + k] = t418
+    out[27 * S + k] = t436
+    out[28 * S + k] = t449
+    out[29 * S + k] = t454
+    out[30 * S + k] = t379
+    out[31 * S + k] = t402
+    out[32 * S + k] = t423
+    out[33 * S + k] = t441
+    out[34 * S + k] = t454
+    out[35 * S + k] = t254 * t379 - t253 - t255 * t401 - t256 * t441
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 84:
+        raise ValueError("mass_matrix_inverse_p_packed takes 84 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:6], both[6:48], both[48:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2292,6 +2987,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("bias_force_packed takes 18 numbers: q, qd, result")
+    _bias_force(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -2332,7 +3035,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2353,16 +3056,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2615,6 +3321,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 60:
+        raise ValueError("bias_force_p_packed takes 60 numbers: q, qd, p, result")
+    _bias_force_p(both[0:6], both[6:12], both[12:54], both[54:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -2659,7 +3373,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2682,16 +3396,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2767,6 +3484,14 @@ def gravity_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("gravity_packed takes 12 numbers: q, result")
+    _gravity(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -2800,7 +3525,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2818,13 +3543,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2928,6 +3655,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 54:
+        raise ValueError("gravity_p_packed takes 54 numbers: q, p, result")
+    _gravity_p(both[0:6], both[6:48], both[48:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -2965,7 +3700,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2985,13 +3720,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3106,6 +3843,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("energy_packed takes 14 numbers: q, qd, result")
+    _energy(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3146,7 +3891,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3167,16 +3912,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3367,6 +4115,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 56:
+        raise ValueError("energy_p_packed takes 56 numbers: q, qd, p, result")
+    _energy_p(both[0:6], both[6:12], both[12:54], both[54:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3411,7 +4167,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3434,16 +4190,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3488,6 +4247,14 @@ def actuation_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("actuation_packed takes 24 numbers: x, u, result")
+    _actuation(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -3528,7 +4295,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3549,16 +4316,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3607,6 +4377,14 @@ def actuation_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 66:
+        raise ValueError("actuation_p_packed takes 66 numbers: x, u, p, result")
+    _actuation_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -3651,7 +4429,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 42 entries")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3674,16 +4452,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3970,6 +4751,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 30:
+        raise ValueError("state_derivative_packed takes 30 numbers: x, u, result")
+    _state_derivative(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4010,7 +4799,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4031,16 +4820,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4439,6 +5231,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 72:
+        raise ValueError("state_derivative_p_packed takes 72 numbers: x, u, p, result")
+    _state_derivative_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4483,7 +5283,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 42 entries")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4506,16 +5306,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5200,6 +6003,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 90 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -5247,7 +6058,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -5271,19 +6082,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -6073,6 +6888,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 132:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 132 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -6124,7 +6947,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -6150,19 +6973,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -7206,6 +8033,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 90 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -7253,7 +8088,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -7277,19 +8112,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -8399,6 +9238,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 132:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 132 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -8450,7 +9297,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -8476,19 +9323,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -9600,6 +10451,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 162:
+        raise ValueError("state_derivative_state_jacobian_packed takes 162 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -9640,7 +10499,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -9661,16 +10520,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -10850,6 +11712,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 204:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 204 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -10894,7 +11764,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 42 entries")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -10917,16 +11787,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -11178,6 +12051,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("state_derivative_input_jacobian_packed takes 90 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -11218,7 +12099,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -11239,16 +12120,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -11598,6 +12482,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 132:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 132 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -11642,7 +12534,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 42 entries")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -11665,16 +12557,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -12343,6 +13238,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 270:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 270 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -12390,7 +13293,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 252))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 42))
@@ -12414,19 +13317,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(252):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 42, count))
 
 
@@ -13174,6 +14081,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 312:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 312 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -13225,7 +14140,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 42 entries")
     count = q.shape[0]
     out = np.empty((count, 252))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 42))
@@ -13251,19 +14166,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(252):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 42, count))
 
 
@@ -14726,6 +15645,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 522:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 522 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -14766,7 +15693,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 504))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 42))
@@ -14787,16 +15714,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(504):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 42, count))
 
 
@@ -16368,6 +17298,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 564:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 564 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -16412,7 +17350,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 42 entries")
     count = x.shape[0]
     out = np.empty((count, 504))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 42))
@@ -16435,14 +17373,2691 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(504):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 42, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (hand): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_tilt): orientation
+    R_2_11 = c_1 * c_2
+    t18 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t20 = s_1 * s_2
+    # link 3 (boom): origin of its joint
+    x_3_z = q_3 * c_2 + 0.412
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = q_3 * t18 - s_1 * 0.13369999999999999
+    x_4_y = q_3 * t20 + c_1 * 0.13369999999999999
+    # link 4 (wrist_roll): orientation
+    R_4_11 = s_1 * c_4 + s_4 * R_2_11
+    R_4_12 = c_4 * R_2_11 - s_1 * s_4
+    t39 = c_1 * c_4 - s_4 * R_2_21
+    R_4_22 = c_1 * s_4 + c_4 * R_2_21
+    t43 = s_2 * s_4
+    t44 = s_2 * c_4
+    # link 5 (wrist_bend): orientation
+    R_5_11 = c_5 * R_4_11 - s_5 * t18
+    t52 = c_5 * t39 + s_5 * t20
+    t57 = c_2 * s_5 + c_5 * t43
+    # link 6 (hand): orientation
+    R_6_11 = s_6 * R_4_12 + c_6 * R_5_11
+    R_6_12 = c_6 * R_4_12 - s_6 * R_5_11
+    R_6_21 = s_6 * R_4_22 - c_6 * t52
+    R_6_22 = s_6 * t52 + c_6 * R_4_22
+    R_6_31 = -(c_6 * t57 + s_6 * t44)
+    R_6_32 = s_6 * t57 - c_6 * t44
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = c_5 * t18 + s_5 * R_4_11
+    out[3 * S + k] = x_4_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = c_5 * t20 - s_5 * t39
+    out[7 * S + k] = x_4_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = c_2 * c_5 - s_5 * t43
+    out[11 * S + k] = x_3_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 22:
+        raise ValueError("forward_kinematics_packed takes 22 numbers: q, result")
+    _forward_kinematics(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_shoulder_pan_dh_d = p[1]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (hand): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_tilt): orientation
+    R_2_11 = c_1 * c_2
+    t21 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t23 = s_1 * s_2
+    # link 3 (boom): origin of its joint
+    x_3_z = p_shoulder_pan_dh_d + q_3 * c_2
+    # link 4 (wrist_roll): origin of its joint
+    t28 = p_shoulder_tilt_dh_d - p_boom_dh_a
+    x_4_x = q_3 * t21 - s_1 * t28
+    x_4_y = q_3 * t23 + c_1 * t28
+    # link 4 (wrist_roll): orientation
+    R_4_11 = s_1 * c_4 + s_4 * R_2_11
+    R_4_12 = c_4 * R_2_11 - s_1 * s_4
+    t41 = c_1 * c_4 - s_4 * R_2_21
+    R_4_22 = c_1 * s_4 + c_4 * R_2_21
+    t45 = s_2 * s_4
+    t46 = s_2 * c_4
+    # link 5 (wrist_bend): orientation
+    R_5_11 = c_5 * R_4_11 - s_5 * t21
+    t54 = c_5 * t41 + s_5 * t23
+    t59 = c_2 * s_5 + c_5 * t45
+    # link 6 (hand): orientation
+    R_6_11 = s_6 * R_4_12 + c_6 * R_5_11
+    R_6_12 = c_6 * R_4_12 - s_6 * R_5_11
+    R_6_21 = s_6 * R_4_22 - c_6 * t54
+    R_6_22 = s_6 * t54 + c_6 * R_4_22
+    R_6_31 = -(c_6 * t59 + s_6 * t46)
+    R_6_32 = s_6 * t59 - c_6 * t46
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = c_5 * t21 + s_5 * R_4_11
+    out[3 * S + k] = x_4_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = c_5 * t23 - s_5 * t41
+    out[7 * S + k] = x_4_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = c_2 * c_5 - s_5 * t45
+    out[11 * S + k] = x_3_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 64:
+        raise ValueError("forward_kinematics_p_packed takes 64 numbers: q, p, result")
+    _forward_kinematics_p(both[0:6], both[6:48], both[48:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_tilt): orientation
+    R_2_11 = c_1 * c_2
+    t15 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t17 = s_1 * s_2
+    # link 3 (boom): origin of its joint
+    x_3_y = q_3 * t17 + c_1 * 0.154
+    r_1_z = q_3 * c_2
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = q_3 * t15 - s_1 * 0.13369999999999999
+    # link 4 (wrist_roll): orientation
+    R_4_11 = s_1 * c_4 + s_4 * R_2_11
+    R_4_12 = c_4 * R_2_11 - s_1 * s_4
+    R_4_22 = c_1 * s_4 + c_4 * R_2_21
+    R_4_32 = -(s_2 * c_4)
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = s_1 * (c_1 * 0.1743 - x_3_y) + c_1 * (s_1 * -0.154 - x_4_x)
+    out[0 * S + k] = c_1 * 0.0203 - x_3_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = t15
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_4_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = t17
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = c_2
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = -s_1
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = t15
+    out[22 * S + k] = R_4_12
+    out[23 * S + k] = c_5 * t15 + s_5 * R_4_11
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = c_1
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = t17
+    out[28 * S + k] = R_4_22
+    out[29 * S + k] = c_5 * t17 - s_5 * (c_1 * c_4 - s_4 * R_2_21)
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = c_2
+    out[34 * S + k] = R_4_32
+    out[35 * S + k] = c_2 * c_5 - s_5 * (s_2 * s_4)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("jacobian_packed takes 42 numbers: q, result")
+    _jacobian(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_tilt): origin of its joint
+    t16 = p_shoulder_tilt_dh_d * s_1
+    x_2_y = p_shoulder_tilt_dh_d * c_1
+    # link 2 (shoulder_tilt): orientation
+    R_2_11 = c_1 * c_2
+    t19 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t21 = s_1 * s_2
+    # link 3 (boom): origin of its joint
+    x_3_y = x_2_y + q_3 * t21
+    r_1_z = q_3 * c_2
+    # link 4 (wrist_roll): origin of its joint
+    x_4_x = p_boom_dh_a * s_1 - (t16 - q_3 * t19)
+    t29 = p_boom_dh_a * c_1
+    # link 4 (wrist_roll): orientation
+    R_4_11 = s_1 * c_4 + s_4 * R_2_11
+    R_4_12 = c_4 * R_2_11 - s_1 * s_4
+    R_4_22 = c_1 * s_4 + c_4 * R_2_21
+    R_4_32 = -(s_2 * c_4)
+    # joint 2: lever arm of the tool
+    r_2_x = t16 + x_4_x
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = s_1 * (x_2_y - (x_3_y - t29)) - c_1 * r_2_x
+    out[0 * S + k] = t29 - x_3_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = t19
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_4_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = t21
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = c_2
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = -s_1
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = t19
+    out[22 * S + k] = R_4_12
+    out[23 * S + k] = c_5 * t19 + s_5 * R_4_11
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = c_1
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = t21
+    out[28 * S + k] = R_4_22
+    out[29 * S + k] = c_5 * t21 - s_5 * (c_1 * c_4 - s_4 * R_2_21)
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = c_2
+    out[34 * S + k] = R_4_32
+    out[35 * S + k] = c_2 * c_5 - s_5 * (s_2 * s_4)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(36)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 84:
+        raise ValueError("jacobian_p_packed takes 84 numbers: q, p, result")
+    _jacobian_p(both[0:6], both[6:48], both[48:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_tilt): origin of its joint
+    x_2_y = c_1 * 0.154
+    # link 2 (shoulder_tilt): orientation
+    R_2_11 = c_1 * c_2
+    t21 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t23 = s_1 * s_2
+    # link 3 (boom): origin of its joint
+    r_1_z = q_3 * c_2
+    # link 4 (wrist_roll): origin of its joint
+    t29 = s_1 * 0.13369999999999999 - q_3 * t21
+    t33 = c_1 * 0.0203 - x_2_y - q_3 * t23
+    # link 4 (wrist_roll): orientation
+    R_4_11 = s_1 * c_4 + s_4 * R_2_11
+    R_4_12 = c_4 * R_2_11 - s_1 * s_4
+    R_4_22 = c_1 * s_4 + c_4 * R_2_21
+    t46 = s_2 * c_4
+    # link 5 (wrist_bend): orientation
+    t49 = c_5 * t21 + s_5 * R_4_11
+    t52 = c_5 * t23 - s_5 * (c_1 * c_4 - s_4 * R_2_21)
+    R_5_32 = s_5 * (s_2 * s_4) - c_2 * c_5
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = s_1 * (x_2_y + t33) - c_1 * (s_1 * 0.154 - t29)
+    # joint 3: velocity of the tool from here on
+    u_3_z = qd_3 * c_2
+    # joint 2: velocity of the tool from here on
+    u_2_x = qd_3 * t21 + qd_2 * j_2_x
+    u_2_y = qd_3 * t23 + qd_2 * j_2_y
+    u_2_z = u_3_z + qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x + qd_1 * t33
+    # joint 2: rate of its axis
+    zd_2_x = -(qd_1 * c_1)
+    zd_2_y = -(qd_1 * s_1)
+    # link 2: angular velocity
+    t81 = qd_2 * s_1
+    omega_2_y = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_x = c_2 * omega_2_y - qd_1 * t23
+    zd_3_y = c_2 * t81 + qd_1 * t21
+    zd_3_z = -(t23 * t81 + t21 * omega_2_y)
+    # link 4: angular velocity
+    t94 = t81 - qd_4 * t21
+    omega_4_y = omega_2_y + qd_4 * t23
+    omega_4_z = qd_1 + qd_4 * c_2
+    # joint 5: rate of its axis
+    zd_5_x = -(t46 * omega_4_y + R_4_22 * omega_4_z)
+    zd_5_y = R_4_12 * omega_4_z - t46 * t94
+    zd_5_z = -(R_4_22 * t94 + R_4_12 * omega_4_y)
+    # link 5: angular velocity
+    t111 = t94 - qd_5 * R_4_12
+    omega_5_y = omega_4_y + qd_5 * R_4_22
+    omega_5_z = omega_4_z - qd_5 * t46
+    # joint 6: rate of its axis
+    zd_6_x = -(R_5_32 * omega_5_y + t52 * omega_5_z)
+    zd_6_y = t49 * omega_5_z - R_5_32 * t111
+    zd_6_z = -(t52 * t111 + t49 * omega_5_y)
+    out[0 * S + k] = qd_1 * t29 - u_2_y
+    out[1 * S + k] = c_1 * u_2_z - qd_1 * j_2_y
+    out[2 * S + k] = zd_3_x
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = qd_1 * j_2_x + s_1 * u_2_z
+    out[8 * S + k] = zd_3_y
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = -(c_1 * u_2_x + s_1 * u_2_y)
+    out[14 * S + k] = zd_3_z
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = zd_3_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = zd_3_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = zd_3_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("jacobian_rate_packed takes 48 numbers: q, qd, result")
+    _jacobian_rate(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_tilt): origin of its joint
+    t20 = p_shoulder_tilt_dh_d * s_1
+    x_2_y = p_shoulder_tilt_dh_d * c_1
+    # link 2 (shoulder_tilt): orientation
+    R_2_11 = c_1 * c_2
+    t23 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t25 = s_1 * s_2
+    # link 3 (boom): origin of its joint
+    r_1_z = q_3 * c_2
+    # link 4 (wrist_roll): origin of its joint
+    t31 = t20 - q_3 * t23 - p_boom_dh_a * s_1
+    x_4_y = x_2_y + q_3 * t25 - p_boom_dh_a * c_1
+    # link 4 (wrist_roll): orientation
+    R_4_11 = s_1 * c_4 + s_4 * R_2_11
+    R_4_12 = c_4 * R_2_11 - s_1 * s_4
+    R_4_22 = c_1 * s_4 + c_4 * R_2_21
+    t47 = s_2 * c_4
+    # link 5 (wrist_bend): orientation
+    t50 = c_5 * t23 + s_5 * R_4_11
+    t53 = c_5 * t25 - s_5 * (c_1 * c_4 - s_4 * R_2_21)
+    R_5_32 = s_5 * (s_2 * s_4) - c_2 * c_5
+    # joint 2: lever arm of the tool
+    r_2_x = t20 - t31
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * r_1_z
+    j_2_y = s_1 * r_1_z
+    j_2_z = s_1 * (x_2_y - x_4_y) - c_1 * r_2_x
+    # joint 3: velocity of the tool from here on
+    u_3_z = qd_3 * c_2
+    # joint 2: velocity of the tool from here on
+    u_2_x = qd_3 * t23 + qd_2 * j_2_x
+    u_2_y = qd_3 * t25 + qd_2 * j_2_y
+    u_2_z = u_3_z + qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x - qd_1 * x_4_y
+    # joint 2: rate of its axis
+    zd_2_x = -(qd_1 * c_1)
+    zd_2_y = -(qd_1 * s_1)
+    # link 2: angular velocity
+    t81 = qd_2 * s_1
+    omega_2_y = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_x = c_2 * omega_2_y - qd_1 * t25
+    zd_3_y = c_2 * t81 + qd_1 * t23
+    zd_3_z = -(t25 * t81 + t23 * omega_2_y)
+    # link 4: angular velocity
+    t94 = t81 - qd_4 * t23
+    omega_4_y = omega_2_y + qd_4 * t25
+    omega_4_z = qd_1 + qd_4 * c_2
+    # joint 5: rate of its axis
+    zd_5_x = -(t47 * omega_4_y + R_4_22 * omega_4_z)
+    zd_5_y = R_4_12 * omega_4_z - t47 * t94
+    zd_5_z = -(R_4_22 * t94 + R_4_12 * omega_4_y)
+    # link 5: angular velocity
+    t111 = t94 - qd_5 * R_4_12
+    omega_5_y = omega_4_y + qd_5 * R_4_22
+    omega_5_z = omega_4_z - qd_5 * t47
+    # joint 6: rate of its axis
+    zd_6_x = -(R_5_32 * omega_5_y + t53 * omega_5_z)
+    zd_6_y = t50 * omega_5_z - R_5_32 * t111
+    zd_6_z = -(t53 * t111 + t50 * omega_5_y)
+    out[0 * S + k] = qd_1 * t31 - u_2_y
+    out[1 * S + k] = c_1 * u_2_z - qd_1 * j_2_y
+    out[2 * S + k] = zd_3_x
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = qd_1 * j_2_x + s_1 * u_2_z
+    out[8 * S + k] = zd_3_y
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = -(c_1 * u_2_x + s_1 * u_2_y)
+    out[14 * S + k] = zd_3_z
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = zd_3_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = zd_3_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = zd_3_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(36)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("jacobian_rate_p_packed takes 90 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:6], both[6:12], both[12:54], both[54:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 5 (wrist_bend): all from here on: first moment, before its turn
+    h_5t_x = s_5 * 0.079443
+    # link 4 (wrist_roll): all from here on: first moment, before its turn
+    h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
+    # link 3 (boom): all from here on: first moment, in frame 2
+    t25 = q_3 * 6.470000000000001 + c_5 * 0.079443 - 2.7499110000000004
+    # link 2 (shoulder_tilt): all from here on: first moment, before its turn
+    h_2t_x = c_2 * h_4t_y + s_2 * t25
+    # link 1 (shoulder_pan): all from here on: first moment
+    h_1_y = s_4 * 0.029825999999999995 - c_4 * h_5t_x + 0.08198000000000016
+    # link 1 (shoulder_pan): all from here on: first moment, before its turn
+    h_1t_x = c_1 * h_2t_x - s_1 * h_1_y
+    h_1t_y = s_1 * h_2t_x + c_1 * h_1_y
+    # link 1 (shoulder_pan): all from here on: first moment, in frame 0
+    h_1b_z = c_2 * t25 - s_2 * h_4t_y + 8.394665
+    out[0 * S + k] = h_1t_x * 0.04814636494944632
+    out[1 * S + k] = h_1t_y * 0.04814636494944632
+    out[2 * S + k] = h_1b_z * 0.04814636494944632
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("center_of_mass_packed takes 9 numbers: q, result")
+    _center_of_mass(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_shoulder_pan_dh_d = p[1]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    p_shoulder_pan_mass = p[4]
+    p_shoulder_pan_com_y = p[5]
+    p_shoulder_pan_com_z = p[6]
+    p_shoulder_tilt_mass = p[10]
+    p_shoulder_tilt_com_y = p[11]
+    p_boom_mass = p[15]
+    p_boom_com_z = p[16]
+    p_wrist_roll_mass = p[20]
+    p_wrist_roll_com_y = p[21]
+    p_wrist_roll_com_z = p[22]
+    p_wrist_bend_mass = p[26]
+    p_wrist_bend_com_y = p[27]
+    p_wrist_bend_com_z = p[28]
+    p_hand_mass = p[31]
+    p_hand_com_z = p[32]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (hand): all from here on: first moment
+    h_6_z = p_hand_mass * p_hand_com_z
+    # link 5 (wrist_bend): all from here on: first moment
+    t33 = h_6_z + p_wrist_bend_mass * p_wrist_bend_com_z
+    h_5_z = p_wrist_bend_mass * p_wrist_bend_com_y
+    # link 5 (wrist_bend): all from here on: first moment, before its turn
+    h_5t_x = s_5 * t33
+    # link 4 (wrist_roll): all from here on: first moment
+    h_4_y = h_5_z + p_wrist_roll_mass * p_wrist_roll_com_z
+    # link 4 (wrist_roll): all from here on: first moment, before its turn
+    h_4t_y = c_4 * h_4_y + s_4 * h_5t_x
+    # link 3 (boom): all from here on: mass
+    t46 = p_wrist_bend_mass + (p_boom_mass + p_wrist_roll_mass)
+    m_3 = p_hand_mass + t46
+    # link 3 (boom): all from here on: first moment, in frame 2
+    t51 = p_boom_mass * p_boom_com_z + (c_5 * t33 - p_wrist_roll_mass * p_wrist_roll_com_y)
+    t52 = q_3 * m_3 + t51
+    # link 2 (shoulder_tilt): all from here on: mass
+    m_2 = p_shoulder_tilt_mass + m_3
+    # link 2 (shoulder_tilt): all from here on: first moment, before its turn
+    h_2t_x = c_2 * h_4t_y + s_2 * t52
+    # link 1 (shoulder_pan): all from here on: mass
+    m_1 = p_shoulder_pan_mass + m_2
+    # link 1 (shoulder_pan): all from here on: first moment
+    t65 = c_4 * h_5t_x - s_4 * h_4_y - p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    t67 = t65 - p_shoulder_tilt_dh_d * m_2 - p_shoulder_pan_mass * p_shoulder_pan_com_z
+    t68 = p_boom_dh_a * m_3 + t67
+    # link 1 (shoulder_pan): all from here on: first moment, before its turn
+    h_1t_x = c_1 * h_2t_x + s_1 * t68
+    h_1t_y = s_1 * h_2t_x - c_1 * t68
+    # link 1 (shoulder_pan): all from here on: first moment, in frame 0
+    t78 = c_2 * t52 - s_2 * h_4t_y - p_shoulder_pan_mass * p_shoulder_pan_com_y
+    h_1b_z = p_shoulder_pan_dh_d * m_1 + t78
+    t81 = 1.0 / m_1
+    out[0 * S + k] = h_1t_x * t81
+    out[1 * S + k] = h_1t_y * t81
+    out[2 * S + k] = h_1b_z * t81
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 51:
+        raise ValueError("center_of_mass_p_packed takes 51 numbers: q, p, result")
+    _center_of_mass_p(both[0:6], both[6:48], both[48:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (hand): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_tilt): velocity, before its turn
+    v_2t_x = qd_1 * -0.154
+    # link 2 (shoulder_tilt): angular velocity
+    t22 = qd_1 * s_2
+    t23 = qd_1 * c_2
+    # link 2 (shoulder_tilt): velocity of its frame
+    v_2_x = c_2 * v_2t_x
+    t25 = s_2 * v_2t_x
+    # link 3 (boom): velocity, before its turn
+    t26 = q_3 * qd_2
+    v_3t_x = v_2_x + t26
+    v_3t_y = q_3 * t22
+    # link 3 (boom): velocity of its frame
+    v_3_z = qd_3 + t25
+    # link 4 (wrist_roll): velocity, before its turn
+    v_4t_y = v_3t_x + t23 * 0.0203
+    v_4t_z = v_3_z + t22 * 0.0203
+    # link 4 (wrist_roll): angular velocity
+    t37 = s_4 * t22 + qd_2 * c_4
+    omega_4_y = qd_2 * s_4 - c_4 * t22
+    omega_4_z = qd_4 + t23
+    # link 4 (wrist_roll): velocity of its frame
+    v_4_x = s_4 * v_4t_y - c_4 * v_3t_y
+    v_4_y = s_4 * v_3t_y + c_4 * v_4t_y
+    # link 5 (wrist_bend): angular velocity
+    t50 = s_5 * omega_4_z + c_5 * t37
+    t53 = s_5 * t37 - c_5 * omega_4_z
+    omega_5_z = qd_5 + omega_4_y
+    # link 5 (wrist_bend): velocity of its frame
+    v_5_x = c_5 * v_4_x - s_5 * v_4t_z
+    # link 6 (hand): angular velocity
+    t63 = c_6 * t50 - s_6 * omega_5_z
+    omega_6_y = c_6 * omega_5_z + s_6 * t50
+    omega_6_z = qd_6 - t53
+    # link 6 (hand): composite body: flow of its moments
+    s_6_n_x = omega_6_y * 0.00014999999999999996
+    K_6_13 = omega_6_y * -0.00014999999999999996
+    K_6_23 = t63 * -0.00014999999999999996
+    # link 6 (hand): Coriolis terms
+    s_6_n_y = t63 * 0.00014999999999999996
+    # link 6 (hand): Coriolis terms with joint 6
+    t76 = s_6 * s_6_n_y - c_6 * s_6_n_x
+    s_6_6_n_y = c_6 * s_6_n_y + s_6 * s_6_n_x
+    t82 = c_6 * K_6_13 - s_6 * K_6_23
+    K_6u_23 = c_6 * K_6_23 + s_6 * K_6_13
+    # link 5 (wrist_bend): Coriolis terms with joint 6
+    t86 = c_5 * t76
+    t87 = s_5 * t76
+    m_5_6_n_x = s_5 * 0.0002999999999999999
+    t90 = c_5 * t82
+    t91 = s_5 * t82
+    # link 5 (wrist_bend): composite body: flow of its moments
+    t107 = t82 + omega_5_z * 0.0013
+    t108 = omega_6_z * 0.00014999999999999996
+    K_5_13 = t108 + t53 * 0.0013
+    t115 = t53 * 1.0697399999999999e-05 + omega_5_z * 0.0268661283
+    t118 = t115 + v_5_x * 0.079443
+    t119 = t50 * 1.0697399999999999e-05
+    t121 = (c_5 * v_4t_z + s_5 * v_4_x) * 0.079443 - t119
+    t124 = v_4_y * 0.079443 + t50 * 0.0268661283
+    K_5_31 = omega_5_z * 1.0697399999999999e-05 - t108
+    # link 5 (wrist_bend): composite body: momentum
+    l_5_x = omega_5_z * 0.079443
+    l_5_z = t50 * 0.079443
+    # link 5 (wrist_bend): Coriolis terms
+    s_5_f_z = t53 * -0.079443
+    s_5_n_x = t53 * 0.0270161283 - K_5_31
+    t136 = t50 * 0.001 - K_6u_23
+    # link 5 (wrist_bend): Coriolis terms with joint 5
+    l_5u_y = s_5 * l_5_x
+    s_5_5_f_y = c_5 * l_5_x
+    s_5_5_n_x = c_5 * s_5_n_x + s_5 * t136
+    t142 = s_5 * s_5_n_x
+    t143 = c_5 * t136
+    h_5u_y = c_5 * -0.079443
+    m_5_5_f_x = c_5 * 0.079443
+    m_5_5_f_y = s_5 * 0.079443
+    m_5_5_n_x = s_5 * -1.0697399999999999e-05
+    K_5u_13 = s_5 * t124 + c_5 * K_5_13
+    k_5_5_y = c_5 * t124 - s_5 * K_5_13
+    # link 4 (wrist_roll): Coriolis terms with joint 5
+    t160 = s_4 * l_5u_y - c_4 * s_5_f_z
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t169 = c_5 * 1.0697399999999999e-05
+    # link 3 (boom): Coriolis terms with joint 5
+    s_3_5_b_x = s_4 * s_5_5_n_x + 0.0203 * s_5_5_f_y - q_3 * (c_4 * l_5u_y + s_4 * s_5_f_z)
+    s_3_5_b_z = -(c_4 * s_5_5_n_x + q_3 * t160)
+    t189 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
+    m_3_5_b_x = q_3 * m_4_5_f_x + (s_4 * m_5_5_n_x + t189)
+    # link 2 (shoulder_tilt): Coriolis terms with joint 5
+    t199 = (s_2 * s_5_5_f_y + c_2 * t160) * 0.154 - s_2 * s_3_5_b_x
+    s_2_5_b_z = t199 - c_2 * (t142 - t143 + 0.0203 * t160)
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    S_5_a = ss_5 * -0.0280161283
+    S_5_b = sc_5 * -0.0280161283
+    t209 = S_5_a + 0.00115
+    S_5t_13 = s_5 * 1.0697399999999999e-05
+    t211 = t107 + t118
+    t214 = sc_5 * t211 + t121 * ss_5
+    t217 = t121 * sc_5 - ss_5 * t211
+    # link 4 (wrist_roll): composite body
+    S_4_23 = t169 + 5.36544e-05
+    # link 4 (wrist_roll): composite body: flow of its moments
+    K_4_13 = t107 + t217
+    t231 = omega_4_y * 5.36544e-05 - omega_4_z * 0.0043497356 + v_4_x * 0.029825999999999995
+    K_4_21 = s_5 * K_6u_23 + (c_5 * K_5_31 + t231)
+    t235 = t37 * -5.36544e-05
+    t236 = v_4_y * 0.029825999999999995
+    K_4_22 = t236 + (t119 - t235)
+    t242 = v_4t_z * 0.029825999999999995 - t37 * 0.0043497356 - s_5 * K_5_31
+    K_4_23 = c_5 * K_6u_23 + t242
+    t246 = omega_4_z * 5.36544e-05 - t118 - t217
+    # link 4 (wrist_roll): composite body: momentum
+    t248 = omega_4_z * 0.029825999999999995 - s_5_5_f_y
+    t250 = l_5u_y + t37 * 0.029825999999999995
+    # link 4 (wrist_roll): Coriolis terms
+    t251 = t214 + K_4_22
+    t253 = l_5_z + t37 * h_5u_y
+    t255 = t248 - omega_4_y * h_5u_y
+    s_4_f_z = omega_4_y * 0.029825999999999995 - t37 * m_5_5_f_y
+    s_4_n_x = omega_4_y * (S_5_a + 0.0313658639) + (t246 - v_4_x * h_5u_y - t37 * S_5t_13)
+    t270 = ss_5 * 0.0280161283
+    t276 = t37 * (t209 + t270 - 0.0268661283) + (v_4_y * h_5u_y + (k_5_5_y + omega_4_y * S_5t_13))
+    t283 = v_4_x * m_5_5_f_y + (t37 * S_4_23 + (t236 - t251) - omega_4_y * S_5_b)
+    s_4_n_z = -t283
+    # link 4 (wrist_roll): Coriolis terms with joint 4
+    t290 = c_4 * t255 + s_4 * t253
+    h_4u_y = s_4 * m_5_5_f_y + c_4 * 0.029825999999999995
+    t302 = s_4 * 0.029825999999999995 - c_4 * m_5_5_f_y
+    K_4u_23 = s_4 * K_4_13 + c_4 * K_4_23
+    # link 3 (boom): Coriolis terms with joint 4
+    t320 = q_3 * (c_4 * t253 - s_4 * t255) + (c_4 * t276 + (0.0203 * s_4_f_z - s_4 * s_4_n_x))
+    s_3_4_b_z = -(q_3 * t290 + (s_4 * t276 + c_4 * s_4_n_x))
+    t327 = q_3 * h_4u_y + (c_4 * S_4_23 - s_4 * S_5_b)
+    # link 2 (shoulder_tilt): Coriolis terms with joint 4
+    t334 = 0.154 * (c_2 * t290 - s_2 * s_4_f_z) - c_2 * (t283 + 0.0203 * t290)
+    s_2_4_b_z = s_2 * t320 + t334
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t341 = S_5_a + 0.0056497356
+    S_4_p = s_5 * 2.1394799999999997e-05
+    t348 = t214 - K_4_22
+    K_4_p = K_5u_13 + K_4_21
+    t352 = ss_4 * t348 + sc_4 * K_4_p
+    t355 = sc_4 * t348 - ss_4 * K_4_p
+    K_4u_21 = K_4_21 + t355
+    K_4u_22 = K_4_22 + t352
+    t364 = c_4 * t248 + s_4 * l_5_z
+    t367 = s_4 * t248 - c_4 * l_5_z
+    # link 3 (boom): composite body
+    t370 = t209 + t302 * 0.0406
+    S_3_12 = S_5t_13 + 0.0203 * h_4u_y - sc_4 * t341 - ss_4 * S_4_p
+    t376 = t302 - 0.13134099999999999
+    t378 = h_5u_y + 2.7499110000000004
+    # link 3 (boom): composite body: flow of its moments
+    K_3_12 = t355 + (K_5u_13 + v_3t_x * 0.13134099999999999) - 0.0203 * t367
+    # link 3 (boom): composite body: momentum
+    t385 = v_3t_y * 6.470000000000001
+    l_3_x = t22 * 2.7499110000000004 - t364 - t385
+    t391 = qd_2 * 2.7499110000000004 - t23 * 0.13134099999999999
+    t394 = t367 + (t391 - v_3t_x * 6.470000000000001)
+    t397 = t22 * 0.13134099999999999 + v_3_z * 6.470000000000001
+    l_3_z = t397 - t250
+    # link 3 (boom): Coriolis terms
+    s_3_n_y = t22 * t378
+    t401 = t22 * h_4u_y
+    # link 3 (boom): Coriolis terms with joint 3
+    s_3_3_b_z = t26 * 6.470000000000001 - qd_2 * t378
+    # link 2 (shoulder_tilt): Coriolis terms with joint 3
+    s_2_3_b_z = s_2 * (t385 - s_3_n_y) + c_2 * (t401 - qd_2 * (t376 + 0.99638))
+    # link 3 (boom): composite body, before its turn
+    K_3_p = K_4u_21 + K_3_12
+    t415 = q_3 * 6.470000000000001 - t378
+    # link 2 (shoulder_tilt): composite body
+    t421 = c_5 * 0.0016126928999999999 - c_4 * S_5_b - s_4 * S_4_23
+    S_2_23 = t421 - q_3 * t376 - 0.055823193300000004
+    # link 2 (shoulder_tilt): composite body: flow of its moments
+    K_2_13 = K_3_12 + t23 * 0.007999999999999896 - K_3_p
+    t432 = t214 + t22 * 0.055823193300000004
+    t436 = v_3_z * 2.7499110000000004 - t121 - t235 - q_3 * l_3_z
+    t437 = t432 + t436
+    t442 = t22 * 4.287553293700001 - v_3t_y * 2.7499110000000004
+    # link 2 (shoulder_tilt): Coriolis terms
+    t453 = t394 + v_2_x * 6.470000000000001 - t23 * t376
+    t459 = q_3 * (t378 - t415) + (t370 + (sc_4 * S_4_p + (t270 - ss_4 * t341)))
+    t466 = K_4u_21 + qd_2 * 0.055823193300000004 - K_3_p - v_2_x * t376
+    t468 = t466 - t22 * t327 - t23 * (t459 - 4.314419422000001)
+    t475 = s_4 * K_4_23 - c_4 * K_4_13 - t23 * t327
+    t479 = t25 * t376 + (v_3_z * 0.13134099999999999 - 0.0203 * t250)
+    t489 = K_4u_22 - t437 - t22 * S_2_23 - t25 * t415 - t23 * S_3_12
+    s_2_n_z = t489 - v_2_x * h_4u_y
+    # link 2 (shoulder_tilt): Coriolis terms with joint 2
+    t492 = c_2 * (t25 * 6.470000000000001 - l_3_z - t22 * t376)
+    s_2_2_f_x = s_2 * t453 - t492
+    t494 = c_2 * (t22 * (t370 - 0.012499735599999895) + t479 - t475)
+    s_2_2_b_z = s_2 * t468 + (t494 - 0.154 * s_2_2_f_x)
+    t500 = c_2 * (s_4 * k_5_5_y + (c_4 * t246 + t442) - q_3 * l_3_x)
+    K_2u_23 = s_2 * K_2_13 - t500
+    # link 2 (shoulder_tilt): composite body, before its turn
+    K_2_d = K_4u_22 + t437
+    t506 = qd_2 * 4.279553293700001 - t23 * 0.055823193300000004
+    t510 = K_4u_23 + (t506 - v_3t_x * 2.7499110000000004) - s_4 * t246
+    # link 1 (shoulder_pan): Coriolis terms
+    t515 = s_2 * K_2_d - c_2 * (c_4 * k_5_5_y + t510 - q_3 * t394)
+    t522 = K_4u_22 - v_3t_y * 0.13134099999999999 - t352 - 0.0203 * t364
+    K_1_t = t432 + (t522 - 0.154 * l_3_x) - s_2 * t515
+    t533 = t25 * t302 + (t22 * (t209 + 0.0203 * t302 - 0.0044997356) - t475)
+    t544 = s_4 * t121 + c_4 * K_5u_13 - t25 * m_4_5_f_y - t22 * (0.0203 * m_4_5_f_y - t169)
+    t554 = v_4_y * m_5_5_f_x + (t37 * 0.025716128300000002 - k_5_5_y)
+    t563 = c_4 * t90 - s_4 * (K_6u_23 + t23 * m_5_6_n_x) - 0.0002999999999999999 * (c_5 * t22)
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_b_z
+    out[2 * S + k] = s_2_3_b_z
+    out[3 * S + k] = s_2_4_b_z
+    out[4 * S + k] = s_2_5_b_z
+    out[5 * S + k] = s_2 * (s_4 * t86 - c_4 * s_6_6_n_y) + c_2 * t87
+    out[6 * S + k] = K_2u_23
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = c_4 * t86 + s_4 * s_6_6_n_y
+    out[12 * S + k] = s_2 * l_3_x
+    out[13 * S + k] = t453
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = s_4_f_z
+    out[16 * S + k] = -s_5_5_f_y
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = c_2 * t251 + s_2 * K_4u_23
+    out[19 * S + k] = t533
+    out[20 * S + k] = t401 - qd_2 * t302
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = t143 - t142
+    out[23 * S + k] = t87
+    out[24 * S + k] = s_2 * (s_4 * K_5u_13 - c_4 * t121) - c_2 * k_5_5_y
+    out[25 * S + k] = t544 - v_2_x * m_5_5_f_y - t23 * m_3_5_b_x
+    out[26 * S + k] = qd_2 * m_4_5_f_y - t22 * m_4_5_f_x
+    out[27 * S + k] = omega_4_y * m_5_5_n_x + t554
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = s_6_6_n_y
+    out[30 * S + k] = c_2 * t91 + s_2 * (c_4 * K_6u_23 + s_4 * t90)
+    out[31 * S + k] = t563
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = t91 + omega_4_y * m_5_6_n_x
+    out[34 * S + k] = t50 * -0.0002999999999999999 - K_6u_23
+    out[35 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("coriolis_matrix_packed takes 48 numbers: q, qd, result")
+    _coriolis_matrix(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    p_shoulder_tilt_inertia_xx = p[12]
+    p_shoulder_tilt_inertia_yy = p[13]
+    p_shoulder_tilt_inertia_zz = p[14]
+    p_boom_mass = p[15]
+    p_boom_com_z = p[16]
+    p_boom_inertia_xx = p[17]
+    p_boom_inertia_yy = p[18]
+    p_boom_inertia_zz = p[19]
+    p_wrist_roll_mass = p[20]
+    p_wrist_roll_com_y = p[21]
+    p_wrist_roll_com_z = p[22]
+    p_wrist_roll_inertia_xx = p[23]
+    p_wrist_roll_inertia_yy = p[24]
+    p_wrist_roll_inertia_zz = p[25]
+    p_wrist_bend_mass = p[26]
+    p_wrist_bend_com_y = p[27]
+    p_wrist_bend_com_z = p[28]
+    p_wrist_bend_inertia_xx = p[29]
+    p_wrist_bend_inertia_yy = p[30]
+    p_hand_mass = p[31]
+    p_hand_com_z = p[32]
+    p_hand_inertia_xx = p[33]
+    p_hand_inertia_yy = p[34]
+    p_hand_inertia_zz = p[35]
+    # link 6 (hand): base parameters
+    t38 = p_hand_inertia_xx * 0.5
+    t39 = p_hand_inertia_zz * 0.5
+    t40 = p_hand_inertia_yy * 0.5
+    t42 = t38 - t39 - t40
+    t43 = t39 - t40
+    J_6_yy = t38 + t43
+    J_6_z1 = p_hand_mass * p_hand_com_z
+    # link 5 (wrist_bend): base parameters
+    t47 = p_wrist_bend_inertia_xx * 0.5
+    t48 = p_wrist_bend_inertia_yy * 0.5
+    t49 = t47 - t48
+    t50 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t55 = t48 + (t47 + (p_hand_com_z * J_6_z1 + (t38 - t43)))
+    t56 = p_wrist_bend_com_z * t50 + t55
+    J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
+    t58 = p_wrist_bend_com_z * J_5_z1
+    t59 = J_6_z1 + t50
+    # link 4 (wrist_roll): base parameters
+    t61 = p_wrist_roll_inertia_xx * 0.5
+    t62 = p_wrist_roll_inertia_yy * 0.5
+    t63 = t61 - t62
+    t64 = p_wrist_roll_inertia_zz * 0.5
+    t65 = t63 - t64
+    t66 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t71 = t62 + (t61 + (t49 + p_wrist_bend_com_y * J_5_z1)) - t64
+    t72 = p_wrist_roll_com_z * t66 + t71
+    t73 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t74 = p_wrist_roll_com_z * t73
+    J_4_y1 = J_5_z1 + t66
+    J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (boom): base parameters
+    t80 = p_boom_dh_a * p_boom_mass
+    t82 = p_boom_dh_a * t73 - p_boom_com_z * t80
+    J_3_x1 = t80 + p_boom_dh_a * J_4_11
+    t85 = p_boom_mass * p_boom_com_z
+    t87 = t73 - t85
+    J_3_11 = p_boom_mass + J_4_11
+    # link 2 (shoulder_tilt): base parameters
+    t89 = p_shoulder_tilt_inertia_xx - p_shoulder_tilt_inertia_zz
+    t92 = 0.5 * (p_boom_inertia_yy + t89 - p_boom_inertia_zz)
+    t94 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t95 = t92 - t94
+    t98 = p_boom_com_z * t85 + (p_wrist_roll_com_y * t73 + (t63 + t64))
+    t100 = t94 + (t92 + t98)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (hand): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_tilt): velocity, before its turn
+    t109 = qd_1 * p_shoulder_tilt_dh_d
+    # link 2 (shoulder_tilt): angular velocity
+    t110 = qd_1 * s_2
+    t111 = qd_1 * c_2
+    # link 2 (shoulder_tilt): velocity of its frame
+    t112 = c_2 * t109
+    v_2_y = s_2 * t109
+    # link 3 (boom): velocity, before its turn
+    t115 = t112 - q_3 * qd_2
+    v_3t_y = q_3 * t110
+    # link 3 (boom): velocity of its frame
+    v_3_z = qd_3 - v_2_y
+    # link 4 (wrist_roll): velocity, before its turn
+    t119 = t115 - p_boom_dh_a * t111
+    v_4t_z = v_3_z + p_boom_dh_a * t110
+    # link 4 (wrist_roll): angular velocity
+    t124 = s_4 * t110 + qd_2 * c_4
+    omega_4_y = qd_2 * s_4 - c_4 * t110
+    omega_4_z = qd_4 + t111
+    # link 4 (wrist_roll): velocity of its frame
+    t131 = s_4 * t119 + c_4 * v_3t_y
+    v_4_y = s_4 * v_3t_y - c_4 * t119
+    # link 5 (wrist_bend): angular velocity
+    t137 = s_5 * omega_4_z + c_5 * t124
+    omega_5_y = s_5 * t124 - c_5 * omega_4_z
+    omega_5_z = qd_5 + omega_4_y
+    # link 6 (hand): angular velocity
+    t150 = c_6 * t137 - s_6 * omega_5_z
+    omega_6_y = c_6 * omega_5_z + s_6 * t137
+    omega_6_z = qd_6 - omega_5_y
+    # link 6 (hand): composite body: flow of its moments
+    t155 = t42 * omega_6_z
+    t156 = t42 * omega_6_y
+    t157 = J_6_yy * omega_6_z
+    t158 = J_6_yy * t150
+    # link 6 (hand): Coriolis terms
+    s_6_n_x = J_6_yy * omega_6_y
+    t160 = t42 * t150
+    # link 6 (hand): Coriolis terms with joint 6
+    t163 = s_6 * t160 + c_6 * s_6_n_x
+    t164 = c_6 * t160
+    t165 = s_6 * s_6_n_x
+    t166 = t164 - t165
+    s_6_6_n_y = t165 - t164
+    t168 = t42 - J_6_yy
+    t171 = c_6 * t156 + s_6 * t158
+    k_6_6_y = c_6 * t158 - s_6 * t156
+    # link 5 (wrist_bend): Coriolis terms with joint 6
+    t175 = c_5 * t163
+    t176 = s_5 * t163
+    t178 = s_5 * t168
+    t179 = c_5 * t171
+    t180 = s_5 * t171
+    # link 4 (wrist_roll): Coriolis terms with joint 6
+    k_4_6_y = c_4 * k_6_6_y - s_4 * t179
+    # link 6 (hand): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    t196 = t42 + J_6_yy
+    t197 = ss_6 * t196
+    t198 = sc_6 * t196
+    S_6t_22 = J_6_yy - t197
+    t200 = t155 + t157
+    t201 = sc_6 * t200
+    t202 = ss_6 * t200
+    # link 5 (wrist_bend): composite body
+    t204 = t42 + t49 - t197
+    # link 5 (wrist_bend): composite body: flow of its moments
+    t206 = t171 + t49 * omega_5_z
+    t209 = t155 - t202 - t49 * omega_5_y
+    t214 = t58 * omega_5_y + t56 * omega_5_z - t59 * (c_5 * t131 + s_5 * v_4t_z)
+    t216 = t58 * t137
+    K_5_22 = t59 * (c_5 * v_4t_z - s_5 * t131) - t216
+    t220 = t56 * t137 + t59 * v_4_y
+    t223 = t157 - t202 - t58 * omega_5_z
+    # link 5 (wrist_bend): composite body: momentum
+    l_5_x = t59 * omega_5_z
+    l_5_z = t59 * t137
+    # link 5 (wrist_bend): Coriolis terms
+    t226 = t201 + K_5_22
+    t227 = t59 * omega_5_y
+    s_5_n_x = t223 + omega_5_y * (t56 + S_6t_22)
+    t233 = k_6_6_y - t137 * (S_6t_22 - t204)
+    s_5_n_z = t201 + omega_5_y * t198
+    # link 5 (wrist_bend): Coriolis terms with joint 5
+    l_5u_y = s_5 * l_5_x
+    s_5_5_f_y = c_5 * l_5_x
+    s_5_5_n_x = c_5 * s_5_n_x + s_5 * t233
+    t241 = s_5 * s_5_n_x
+    t242 = c_5 * t233
+    m_5_5_f_x = t59 * c_5
+    m_5_5_f_y = t59 * s_5
+    S_5t_13 = t58 * s_5 - c_5 * t198
+    t250 = s_5 * t198 + t58 * c_5
+    t251 = t56 - t204
+    t254 = s_5 * t220 - c_5 * t209
+    t257 = c_5 * t220 + s_5 * t209
+    # link 4 (wrist_roll): Coriolis terms with joint 5
+    t263 = s_4 * l_5u_y + c_4 * t227
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    # link 3 (boom): Coriolis terms with joint 5
+    t286 = p_boom_dh_a * s_5_5_f_y + (s_4 * s_5_5_n_x + c_4 * s_5_n_z)
+    s_3_5_b_x = t286 - q_3 * (c_4 * l_5u_y - s_4 * t227)
+    s_3_5_b_z = s_4 * s_5_n_z - c_4 * s_5_5_n_x - q_3 * t263
+    t293 = s_4 * S_5t_13 - c_4 * t251 - p_boom_dh_a * m_5_5_f_y
+    # link 2 (shoulder_tilt): Coriolis terms with joint 5
+    t300 = p_shoulder_tilt_dh_d * (s_2 * s_5_5_f_y + c_2 * t263)
+    s_2_5_b_z = t300 - s_2 * s_3_5_b_x - c_2 * (p_boom_dh_a * t263 + (t241 - t242))
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t307 = t56 + t204
+    t308 = ss_5 * t307
+    t309 = sc_5 * t307
+    t310 = t56 - t308
+    t311 = t201 - K_5_22
+    t312 = t206 + t214
+    t315 = sc_5 * t312 - ss_5 * t311
+    t318 = sc_5 * t311 + ss_5 * t312
+    t319 = t201 + t315
+    # link 4 (wrist_roll): composite body
+    t325 = t65 + t204 - t308
+    t326 = t72 + S_6t_22
+    t327 = t74 - t250
+    # link 4 (wrist_roll): composite body: flow of its moments
+    t329 = t254 - t65 * omega_4_z
+    t332 = t65 * omega_4_y + (t206 - t318)
+    t338 = t72 * omega_4_z + (J_4_y1 * t131 + (c_5 * t223 + s_5 * k_6_6_y))
+    t339 = t74 * omega_4_y + t338
+    t340 = t74 * t124
+    t341 = J_4_y1 * v_4_y
+    t344 = t340 + (t201 - t216) - t341
+    K_4_23 = J_4_y1 * v_4t_z + (s_5 * t223 - c_5 * k_6_6_y) - t72 * t124
+    K_4_31 = t74 * omega_4_z + (t214 - t318)
+    # link 4 (wrist_roll): composite body: momentum
+    l_4_x = s_5_5_f_y - J_4_y1 * omega_4_z
+    t356 = l_5u_y + J_4_y1 * t124
+    # link 4 (wrist_roll): Coriolis terms
+    t357 = t319 - t344
+    t359 = l_5_z - t124 * m_5_5_f_x
+    s_4_f_y = l_4_x - omega_4_y * m_5_5_f_x
+    s_4_f_z = J_4_y1 * omega_4_y - t124 * m_5_5_f_y
+    t371 = t124 * S_5t_13 + (K_4_31 + t131 * m_5_5_f_x) - omega_4_y * (t310 + t326)
+    t377 = t257 + omega_4_y * S_5t_13 - v_4_y * m_5_5_f_x
+    t378 = t124 * (t310 - t325) - t377
+    s_4_n_z = t131 * m_5_5_f_y - (omega_4_y * t309 + (t341 - t357 - t124 * t327))
+    # link 4 (wrist_roll): Coriolis terms with joint 4
+    s_4_4_f_y = c_4 * s_4_f_y - s_4 * t359
+    h_4u_y = J_4_y1 * c_4 + s_4 * m_5_5_f_y
+    t404 = J_4_y1 * s_4 - c_4 * m_5_5_f_y
+    t409 = p_boom_dh_a * t404
+    t416 = s_4 * t332 + c_4 * K_4_23
+    # link 3 (boom): Coriolis terms with joint 4
+    t420 = q_3 * (c_4 * t359 + s_4 * s_4_f_y) + (p_boom_dh_a * s_4_f_z + (s_4 * t371 - c_4 * t378))
+    s_3_4_b_z = q_3 * s_4_4_f_y + (s_4 * t378 + c_4 * t371)
+    m_3_4_b_x = c_4 * t327 - s_4 * t309 - q_3 * h_4u_y
+    # link 2 (shoulder_tilt): Coriolis terms with joint 4
+    s_2_4_f_x = c_2 * s_4_4_f_y + s_2 * s_4_f_z
+    t433 = c_2 * (s_4_n_z + p_boom_dh_a * s_4_4_f_y) + s_2 * t420
+    s_2_4_b_z = t433 - p_shoulder_tilt_dh_d * s_2_4_f_x
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t439 = t325 + t326
+    S_4_p = S_5t_13 * 2.0
+    t444 = ss_4 * t439 - sc_4 * S_4_p
+    t447 = t319 + t344
+    t448 = t329 - t339
+    t451 = ss_4 * t447 + sc_4 * t448
+    t454 = sc_4 * t447 - ss_4 * t448
+    t455 = t344 - t451
+    l_4u_x = c_4 * l_4_x - s_4 * l_5_z
+    l_4u_y = s_4 * l_4_x + c_4 * l_5_z
+    # link 3 (boom): composite body
+    t468 = t325 + t409 * 2.0 - t444
+    S_3_12 = p_boom_dh_a * h_4u_y + (S_5t_13 - sc_4 * t439 - ss_4 * S_4_p)
+    h_3_x = J_3_x1 - t404
+    t475 = t87 - m_5_5_f_x
+    # link 3 (boom): composite body: momentum
+    l_3_x = l_4u_x + t87 * t110 - J_3_11 * v_3t_y
+    l_3_y = J_3_x1 * t111 + (l_4u_y - qd_2 * t87 - J_3_11 * t115)
+    t498 = t356 - J_3_x1 * t110 - J_3_11 * v_3_z
+    # link 3 (boom): Coriolis terms
+    s_3_f_y = qd_2 * J_3_11
+    t502 = t110 * h_4u_y
+    # link 3 (boom): composite body, before its turn
+    h_3b_y = t475 - q_3 * J_3_11
+    # link 3 (boom): Coriolis terms with joint 3
+    s_3_3_b_z = q_3 * s_3_f_y - qd_2 * t475
+    # link 2 (shoulder_tilt): Coriolis terms with joint 3
+    t511 = qd_2 * h_3_x + t502 - p_shoulder_tilt_dh_d * s_3_f_y
+    s_2_3_b_z = c_2 * t511 - h_3b_y * (s_2 * t110)
+    # link 2 (shoulder_tilt): composite body
+    t520 = t82 - c_4 * t309 - s_4 * t327 - p_boom_dh_a * m_5_5_f_x
+    # link 2 (shoulder_tilt): composite body: flow of its moments
+    t527 = t82 * t110
+    K_2_22 = t340 + (K_5_22 - t315) - t87 * v_3_z - t527 - q_3 * t498
+    t538 = t87 * v_3t_y + (c_4 * K_4_31 - s_4 * t257) - t100 * t110
+    K_2_23 = q_3 * l_3_x + t538
+    # link 2 (shoulder_tilt): Coriolis terms
+    t548 = t111 * h_3_x - (l_3_y + J_3_11 * t112)
+    t554 = t111 * (t100 + t310 - t468 - q_3 * (t475 + h_3b_y))
+    t557 = p_boom_dh_a * l_4u_y + (t329 + t454) - J_3_x1 * t115
+    t560 = t112 * h_3_x + (t557 - qd_2 * t82) - t110 * m_3_4_b_x
+    s_2_n_x = t560 - t554
+    t569 = t111 * m_3_4_b_x + (s_4 * K_4_23 - c_4 * t332)
+    t571 = p_boom_dh_a * t356 - J_3_x1 * v_3_z - v_2_y * h_3_x
+    s_2_n_y = t569 + (t571 - t110 * (t468 + (t444 + (t95 - t326))))
+    t580 = t110 * (t520 - q_3 * h_3_x) + (K_2_22 - t455) - v_2_y * h_3b_y
+    s_2_n_z = t112 * h_4u_y + (t580 - t111 * S_3_12)
+    # link 2 (shoulder_tilt): Coriolis terms with joint 2
+    t585 = s_2 * t548 - c_2 * (t498 + t110 * h_3_x - J_3_11 * v_2_y)
+    t590 = p_shoulder_tilt_dh_d * t585 + (c_2 * s_2_n_y + s_2 * s_2_n_x)
+    s_2_2_b_z = -t590
+    K_2u_23 = s_2 * (t339 - t454 - t95 * t111) + c_2 * K_2_23
+    # link 2 (shoulder_tilt): composite body, before its turn
+    t601 = t87 * t115 + (c_4 * t257 + (t416 + s_4 * K_4_31)) - t82 * t111
+    # link 1 (shoulder_pan): Coriolis terms
+    t607 = s_2 * (t455 + K_2_22) + c_2 * (qd_2 * (t95 + t100) + (q_3 * l_3_y + t601))
+    t612 = p_boom_dh_a * l_4u_x + (t319 - t451 - t455 - J_3_x1 * v_3t_y)
+    K_1_t = s_2 * t607 + (t527 + t612 - p_shoulder_tilt_dh_d * l_3_x)
+    t626 = t110 * (t409 + (t325 - t326)) - t569 - v_2_y * t404
+    t637 = t110 * (t250 - p_boom_dh_a * m_4_5_f_y) + (v_2_y * m_4_5_f_y + (s_4 * t226 + c_4 * t254))
+    t639 = t111 * (t293 - q_3 * m_4_5_f_x) + (t112 * m_5_5_f_y + t637)
+    t652 = s_4 * (k_6_6_y + t111 * t178) + (c_4 * t179 + t168 * (c_5 * t110))
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_b_z
+    out[2 * S + k] = s_2_3_b_z
+    out[3 * S + k] = s_2_4_b_z
+    out[4 * S + k] = s_2_5_b_z
+    out[5 * S + k] = -(s_2 * (s_4 * t175 - c_4 * t166) + c_2 * t176)
+    out[6 * S + k] = K_2u_23
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = -(c_4 * t175 + s_4 * t166)
+    out[12 * S + k] = s_2 * l_3_x
+    out[13 * S + k] = t548
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = s_4_f_z
+    out[16 * S + k] = -s_5_5_f_y
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = c_2 * t357 + s_2 * t416
+    out[19 * S + k] = t626
+    out[20 * S + k] = t502 - qd_2 * t404
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = t242 - t241
+    out[23 * S + k] = -t176
+    out[24 * S + k] = s_2 * (s_4 * t254 - c_4 * t226) - c_2 * t257
+    out[25 * S + k] = t639
+    out[26 * S + k] = qd_2 * m_4_5_f_y - t110 * m_4_5_f_x
+    out[27 * S + k] = t124 * t251 - t377
+    out[28 * S + k] = s_5_n_z
+    out[29 * S + k] = s_6_6_n_y
+    out[30 * S + k] = c_2 * t180 - s_2 * k_4_6_y
+    out[31 * S + k] = t652
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = t180 - omega_4_y * t178
+    out[34 * S + k] = k_6_6_y + t137 * t168
+    out[35 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(36)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("coriolis_matrix_p_packed takes 90 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:6], both[6:12], both[12:54], both[54:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (shoulder_pan): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    # link 1 (shoulder_pan): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (shoulder_tilt): moment on the tool
+    t33 = w_6 * s_2 - c_2 * n_1_x
+    t36 = w_6 * c_2 + s_2 * n_1_x
+    # link 4 (wrist_roll): moment on the tool
+    n_4_y = s_4 * n_1_y - c_4 * t33
+    # link 2 (shoulder_tilt): place of the tool, before its turn
+    r_2t_x = q_3 * s_2
+    # link 1 (shoulder_pan): place of the tool, before its turn
+    r_1t_y = s_1 * r_2t_x + c_1 * 0.13369999999999999
+    t55 = w_6 - w_2 * (s_1 * 0.13369999999999999 - c_1 * r_2t_x)
+    out[0 * S + k] = t55 - w_1 * r_1t_y
+    out[1 * S + k] = n_1_y + f_1_x * (q_3 * c_2) - w_3 * r_2t_x
+    out[2 * S + k] = w_3 * c_2 + s_2 * f_1_x
+    out[3 * S + k] = t36
+    out[4 * S + k] = n_4_y
+    out[5 * S + k] = c_5 * t36 - s_5 * (c_4 * n_1_y + s_4 * t33)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(6)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("wrench_effort_packed takes 18 numbers: q, wrench, result")
+    _wrench_effort(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_tilt): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 4 (wrist_roll): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist_bend): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (shoulder_pan): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    # link 1 (shoulder_pan): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (shoulder_tilt): moment on the tool
+    t35 = w_6 * s_2 - c_2 * n_1_x
+    t38 = w_6 * c_2 + s_2 * n_1_x
+    # link 4 (wrist_roll): moment on the tool
+    n_4_y = s_4 * n_1_y - c_4 * t35
+    # link 2 (shoulder_tilt): place of the tool, before its turn
+    r_2t_x = q_3 * s_2
+    # link 2 (shoulder_tilt): place of the tool in frame 1
+    r_2_y = p_shoulder_tilt_dh_d - p_boom_dh_a
+    # link 1 (shoulder_pan): place of the tool, before its turn
+    r_1t_y = c_1 * r_2_y + s_1 * r_2t_x
+    t58 = w_6 - w_2 * (s_1 * r_2_y - c_1 * r_2t_x) - w_1 * r_1t_y
+    out[0 * S + k] = t58
+    out[1 * S + k] = n_1_y + f_1_x * (q_3 * c_2) - w_3 * r_2t_x
+    out[2 * S + k] = w_3 * c_2 + s_2 * f_1_x
+    out[3 * S + k] = t38
+    out[4 * S + k] = n_4_y
+    out[5 * S + k] = c_5 * t38 - s_5 * (c_4 * n_1_y + s_4 * t35)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    out = np.empty(6)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 60:
+        raise ValueError("wrench_effort_p_packed takes 60 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:6], both[6:12], both[12:54], both[54:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out

@@ -6,15 +6,16 @@ What each entry of each vector is stands in the tables below, with units.
 
 Every function takes float64 arrays and returns a new array. NAME(...) has the parameters folded in,
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
-array that is given last, NAME_batch takes arrays of states, one per row, NAME_batch_parallel the same on all cores, and NAME_soa one state per column
-(structure of arrays). Batches are computed in blocks across states, in which the compiler can use
-vector instructions.
+array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
+result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
 import math
 
 import numpy as np
-from numba import get_num_threads, njit, prange
+from numba import njit, prange
 
 ROBOT = 'ur10e'
 COORDINATES = ('shoulder_pan', 'shoulder_lift', 'elbow', 'wrist1', 'wrist2', 'wrist3')
@@ -316,6 +317,14 @@ def inverse_dynamics_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_packed(both):
+    """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("inverse_dynamics_packed takes 24 numbers: q, qd, qdd, result")
+    _inverse_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -363,7 +372,7 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -387,19 +396,23 @@ def inverse_dynamics_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -770,6 +783,14 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_packed(both):
+    """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 78:
+        raise ValueError("inverse_dynamics_p_packed takes 78 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -821,7 +842,7 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -847,19 +868,23 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1211,6 +1236,14 @@ def forward_dynamics_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_packed(both):
+    """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("forward_dynamics_packed takes 24 numbers: q, qd, tau, result")
+    _forward_dynamics(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1258,7 +1291,7 @@ def forward_dynamics_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1282,19 +1315,23 @@ def forward_dynamics_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics(q_, qd_, tau_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -1770,6 +1807,14 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_packed(both):
+    """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 78:
+        raise ValueError("forward_dynamics_p_packed takes 78 numbers: q, qd, tau, p, result")
+    _forward_dynamics_p(both[0:6], both[6:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -1821,7 +1866,7 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -1847,19 +1892,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -2045,6 +2094,14 @@ def mass_matrix_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_packed(both):
+    """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_packed takes 42 numbers: q, result")
+    _mass_matrix(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2078,7 +2135,7 @@ def mass_matrix_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2096,13 +2153,15 @@ def mass_matrix_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix(q_, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2397,6 +2456,14 @@ def mass_matrix_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_packed(both):
+    """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 96:
+        raise ValueError("mass_matrix_p_packed takes 96 numbers: q, p, result")
+    _mass_matrix_p(both[0:6], both[6:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(1152)
@@ -2434,7 +2501,7 @@ def mass_matrix_p_batch_parallel(q, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 36))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
@@ -2454,13 +2521,729 @@ def mass_matrix_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _mass_matrix_p(q_, p, block, j, 32)
         for i in range(36):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse(q, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (wrist3): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 5 (wrist2): effort when joint 6 is accelerated
+    m_5_6_n_x = s_5 * -0.00034
+    # link 4 (wrist1): effort when joint 6 is accelerated
+    m_4_6_n_x = c_4 * m_5_6_n_x
+    m_4_6_n_y = s_4 * m_5_6_n_x
+    # link 3 (elbow): effort when joint 6 is accelerated
+    m_3_6_n_y = s_3 * m_4_6_n_x + c_3 * m_4_6_n_y
+    # link 2 (shoulder_lift): effort when joint 6 is accelerated
+    t27 = s_2 * (s_3 * m_4_6_n_y - c_3 * m_4_6_n_x) - c_2 * m_3_6_n_y
+    # link 6 (wrist3): composite body, before its turn
+    t28 = s_6 * s_6
+    t29 = c_6 * c_6
+    C_6t_xx = t28 * 0.000165 + t29 * 0.000175
+    # link 5 (wrist2): composite body
+    C_5_xx = C_6t_xx + 0.0009200000000000002
+    t41 = c_6 * s_6 * 9.999999999999999e-06 + 1e-05
+    # link 5 (wrist2): effort when joint 5 is accelerated
+    M_5_5 = C_6t_xx + 0.0081390910375
+    m_5_5_f_x = c_5 * -0.09132825
+    m_5_5_f_y = s_5 * -0.09132825
+    m_5_5_b_x = c_5 * t41 + s_5 * 0.0104562107625
+    t53 = c_5 * 0.0104562107625 - s_5 * t41
+    # link 4 (wrist1): effort when joint 5 is accelerated
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t56 = c_4 * m_5_5_b_x
+    t58 = s_4 * m_5_5_b_x
+    t63 = m_4_5_f_y * 0.17415 - t56 - s_4 * M_5_5
+    t69 = c_4 * M_5_5 + (s_5 * 0.0521986612875 - m_4_5_f_x * 0.17415 - t58)
+    t72 = t53 + m_4_5_f_y * 0.57155
+    # link 3 (elbow): effort when joint 5 is accelerated
+    m_3_5_f_y = c_3 * m_4_5_f_y + s_3 * m_4_5_f_x
+    m_3_5_n_x = s_3 * t69 - c_3 * t63
+    t87 = t72 + m_3_5_f_y * 0.6127
+    # link 2 (shoulder_lift): effort when joint 5 is accelerated
+    t88 = c_2 * (c_3 * t69 + (s_3 * t63 + s_5 * 0.055956818775))
+    t90 = t88 - s_2 * m_3_5_n_x
+    # link 5 (wrist2): composite body, before its turn
+    t91 = c_5 * c_5
+    t93 = s_5 * s_5
+    # link 4 (wrist1): composite body
+    C_4_xx = 0.0009200000000000002 + (C_5_xx * t91 + t93 * 0.0072190910375)
+    t102 = 1e-05 + (C_5_xx - 0.0072190910375) * (c_5 * s_5)
+    C_4_yy = t28 * 0.000175 + t29 * 0.000165 + 0.03768981638749999
+    t109 = t53 + 0.0005046
+    # link 4 (wrist1): effort when joint 4 is accelerated
+    M_4_4 = C_4_xx + C_4_yy
+    m_4_4_f_x = c_4 * 0.33495074999999996 - s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y + s_4 * 0.33495074999999996
+    t124 = c_4 * t102 + (s_4 * t109 + 0.17415 * m_4_4_f_y)
+    m_4_4_b_y = c_4 * t109 + 0.17415 * m_4_4_f_x - s_4 * t102
+    # link 3 (elbow): effort when joint 4 is accelerated
+    t129 = s_3 * m_4_4_f_x
+    m_3_4_f_y = c_3 * m_4_4_f_y + t129
+    t131 = s_3 * m_4_4_b_y
+    t134 = c_3 * m_4_4_b_y
+    m_3_4_n_y = t134 - s_3 * t124
+    # link 4 (wrist1): composite body, before its turn
+    t140 = t58 - c_4 * C_4_xx
+    t143 = t56 - s_4 * C_4_yy
+    # link 3 (elbow): composite body
+    t158 = s_4 * t143 + (c_4 * t140 + m_4_4_f_y * 1.1431) - 2.2750052753100003
+    C_3_xy = c_4 * t143 + (0.57155 * m_4_4_f_x - s_4 * t140) - 8e-05
+    t167 = c_5 * 0.0521986612875 - t124 + 0.5748142411875
+    C_3_x1 = m_4_4_f_y - 4.0059802
+    t170 = c_4 * (t58 + c_4 * C_4_yy) + s_4 * (t56 + s_4 * C_4_xx)
+    C_3_yy = t170 + 0.0036599999999999966
+    # link 3 (elbow): effort when joint 3 is accelerated
+    m_3_3_f_y = t129 + c_3 * C_3_x1
+    t179 = t131 - c_3 * t167
+    m_3_3_n_y = t134 + s_3 * t167
+    # link 3 (elbow): composite body, before its turn
+    t184 = c_3 * C_3_xy
+    t186 = t184 - s_3 * C_3_yy
+    t188 = s_3 * C_3_xy
+    t190 = t188 + c_3 * t158
+    # link 2 (shoulder_lift): composite body
+    t205 = c_3 * t190 + (s_3 * t186 + m_3_3_f_y * 1.2254) - 4.7226721861500005
+    t207 = 0.6127 * (c_3 * m_4_4_f_x - s_3 * C_3_x1) - s_3 * t190
+    C_2_xy = c_3 * t186 + t207 - 5e-05
+    t215 = c_3 * (t188 + c_3 * C_3_yy) + s_3 * (t184 - s_3 * t158)
+    C_2_yy = t215 + 0.01344499999999993
+    # link 2 (shoulder_lift): effort when joint 2 is accelerated
+    t221 = s_2 * (c_5 * 0.055956818775 - t179 + 1.140398191975)
+    # solve: L D L^T
+    t231 = t27 * 2941.176470588235
+    t233 = c_5 * t27
+    t235 = t91 * 0.00034
+    t237 = 1.0 / M_5_5
+    t238 = t90 * t237
+    t239 = t87 * t237
+    t240 = t72 * t237
+    t241 = t53 * t237
+    t251 = t90 * t241 + (s_2 * (t131 + c_3 * t124) - c_2 * m_3_4_n_y - t233)
+    t253 = M_4_4 - t235
+    t255 = t253 - 0.57155 * m_4_4_f_y
+    t258 = t87 * t241 + 0.6127 * m_3_4_f_y - t255
+    t260 = t255 - t72 * t241
+    t263 = 1.0 / (t253 - t53 * t241)
+    t264 = t251 * t263
+    t265 = t258 * t263
+    t266 = t260 * t263
+    t274 = t251 * t266 + (t233 + (c_2 * m_3_3_n_y - s_2 * t179) - t90 * t240)
+    t277 = t235 + (t158 - C_3_yy)
+    t281 = t277 + (t87 * t240 + 0.6127 * m_3_3_f_y - t258 * t266)
+    t285 = 1.0 / (t260 * t266 + (t72 * t240 + t277))
+    t286 = t274 * t285
+    t287 = t281 * t285
+    t292 = t233 + (c_2 * (m_3_3_n_y + 2e-05) + t221) - t90 * t239
+    t294 = t292 - t251 * t265 - t274 * t287
+    t299 = t258 * t265 + (t87 * t239 + (t235 + (t205 - C_2_yy)))
+    t301 = 1.0 / (t299 - t281 * t287)
+    t302 = t294 * t301
+    t308 = C_5_xx * t93 + (c_5 * 0.031809629475 + t91 * 0.0072190910375)
+    t310 = s_2 * (s_2 * C_2_yy - c_2 * C_2_xy) + (t308 - c_2 * (c_2 * t205 + s_2 * C_2_xy))
+    t314 = t274 * t286 + (t310 - t27 * t231 - t90 * t238 - t251 * t264)
+    t318 = 1.0 / (t294 * t302 + t314 + 0.5586109446374999)
+    t319 = t302 * t318
+    t322 = t286 * t318 - t287 * t319
+    t327 = t264 * t318 + t265 * t319 - t266 * t322
+    t334 = t241 * t327 + (t240 * t322 + (t238 * t318 + t239 * t319))
+    t339 = t231 * t318 - c_5 * (t327 + (t319 + t322))
+    t340 = t302 * t319
+    t341 = t301 - t340
+    t345 = t286 * t319 + t287 * t341
+    t350 = t264 * t319 - t265 * t341 - t266 * t345
+    t357 = t241 * t350 + (t240 * t345 + (t238 * t319 - t239 * t341))
+    t360 = c_5 * t345
+    t361 = c_5 * t350
+    t364 = t231 * t319 + c_5 * t341 - t360 - t361
+    t368 = t287 * t345 + (t285 - t286 * t322)
+    t374 = t266 * t368 + (t264 * t322 + t265 * t345)
+    t381 = t241 * t374 + (t238 * t322 + t239 * t345 - t240 * t368)
+    t384 = c_5 * t374
+    t387 = t384 + (t360 - t231 * t322 - c_5 * t368)
+    t388 = -t387
+    t394 = t265 * t350 + (t263 + t264 * t327) - t266 * t374
+    t401 = t241 * t394 + (t240 * t374 + (t238 * t327 + t239 * t350))
+    t406 = c_5 * t394 + (t361 + t384 - t231 * t327)
+    t407 = -t406
+    t415 = t241 * t401 + (t240 * t381 + (t239 * t357 + (t237 + t238 * t334)))
+    t420 = t231 * t334 - c_5 * (t401 + (t357 + t381))
+    t426 = 2941.176470588235 + (t231 * t339 - c_5 * (t364 - t387 - t406))
+    out[0 * S + k] = t318
+    out[1 * S + k] = t319
+    out[2 * S + k] = t322
+    out[3 * S + k] = t327
+    out[4 * S + k] = t334
+    out[5 * S + k] = t339
+    out[6 * S + k] = t319
+    out[7 * S + k] = t340 - t301
+    out[8 * S + k] = t345
+    out[9 * S + k] = t350
+    out[10 * S + k] = t357
+    out[11 * S + k] = t364
+    out[12 * S + k] = t322
+    out[13 * S + k] = t345
+    out[14 * S + k] = -t368
+    out[15 * S + k] = t374
+    out[16 * S + k] = t381
+    out[17 * S + k] = t388
+    out[18 * S + k] = t327
+    out[19 * S + k] = t350
+    out[20 * S + k] = t374
+    out[21 * S + k] = t394
+    out[22 * S + k] = t401
+    out[23 * S + k] = t407
+    out[24 * S + k] = t334
+    out[25 * S + k] = t357
+    out[26 * S + k] = t381
+    out[27 * S + k] = t401
+    out[28 * S + k] = t415
+    out[29 * S + k] = t420
+    out[30 * S + k] = t339
+    out[31 * S + k] = t364
+    out[32 * S + k] = t388
+    out[33 * S + k] = t407
+    out[34 * S + k] = t420
+    out[35 * S + k] = t426
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse(q):
+    """Inverse of the mass matrix (n, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_into(q, out):
+    """mass_matrix_inverse, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_packed(both):
+    """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("mass_matrix_inverse_packed takes 42 numbers: q, result")
+    _mass_matrix_inverse(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch(q):
+    """mass_matrix_inverse of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel(q):
+    """mass_matrix_inverse of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_soa(q):
+    """mass_matrix_inverse of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p(q, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    p_shoulder_pan_mass = p[7]
+    p_shoulder_pan_com_x = p[8]
+    p_shoulder_pan_com_z = p[9]
+    p_shoulder_pan_inertia_yy = p[11]
+    p_shoulder_lift_mass = p[16]
+    p_shoulder_lift_com_x = p[17]
+    p_shoulder_lift_com_z = p[18]
+    p_shoulder_lift_inertia_xx = p[19]
+    p_shoulder_lift_inertia_yy = p[20]
+    p_shoulder_lift_inertia_zz = p[21]
+    p_shoulder_lift_inertia_xy = p[22]
+    p_shoulder_lift_inertia_xz = p[23]
+    p_shoulder_lift_inertia_yz = p[24]
+    p_elbow_mass = p[25]
+    p_elbow_com_x = p[26]
+    p_elbow_com_z = p[27]
+    p_elbow_inertia_xx = p[28]
+    p_elbow_inertia_yy = p[29]
+    p_elbow_inertia_zz = p[30]
+    p_elbow_inertia_xy = p[31]
+    p_elbow_inertia_xz = p[32]
+    p_wrist1_mass = p[33]
+    p_wrist1_com_y = p[34]
+    p_wrist1_com_z = p[35]
+    p_wrist1_inertia_xx = p[36]
+    p_wrist1_inertia_yy = p[37]
+    p_wrist1_inertia_zz = p[38]
+    p_wrist1_inertia_xy = p[39]
+    p_wrist1_inertia_yz = p[40]
+    p_wrist2_mass = p[41]
+    p_wrist2_com_y = p[42]
+    p_wrist2_com_z = p[43]
+    p_wrist2_inertia_xx = p[44]
+    p_wrist2_inertia_yy = p[45]
+    p_wrist2_inertia_zz = p[46]
+    p_wrist2_inertia_xy = p[47]
+    p_wrist2_inertia_yz = p[48]
+    p_wrist3_mass = p[49]
+    p_wrist3_com_z = p[50]
+    p_wrist3_inertia_xx = p[51]
+    p_wrist3_inertia_yy = p[52]
+    p_wrist3_inertia_zz = p[53]
+    # link 6 (wrist3): base parameters
+    t53 = p_wrist3_inertia_zz * 0.5
+    t54 = p_wrist3_inertia_yy * 0.5
+    t55 = p_wrist3_inertia_xx * 0.5
+    t56 = t54 - t55
+    J_6_xx = t53 + t56
+    t58 = t53 - t56
+    J_6_z1 = p_wrist3_mass * p_wrist3_com_z
+    # link 5 (wrist2): base parameters
+    t61 = p_wrist2_inertia_xx * 0.5
+    t63 = J_6_z1 + p_wrist3_dh_d * p_wrist3_mass
+    t64 = p_wrist2_mass * p_wrist2_com_z
+    t68 = p_wrist2_inertia_yy * 0.5
+    t69 = p_wrist2_inertia_zz * 0.5
+    t70 = t61 - t69
+    t74 = t53 - t54 - t55 - p_wrist3_com_z * J_6_z1 - p_wrist2_com_z * t64
+    t77 = t74 - p_wrist3_dh_d * (J_6_z1 + t63) - t68 - t70
+    t78 = p_wrist2_mass * p_wrist2_com_y
+    J_5_yz = p_wrist2_inertia_yz - p_wrist2_com_z * t78
+    J_5_y1 = t63 + t64
+    J_5_11 = p_wrist2_mass + p_wrist3_mass
+    # link 4 (wrist1): base parameters
+    t84 = p_wrist1_inertia_zz * 0.5
+    t85 = p_wrist1_inertia_yy * 0.5
+    t86 = p_wrist1_mass * p_wrist1_com_z
+    t89 = t78 - p_wrist2_dh_d * J_5_11
+    J_4_z1 = p_wrist1_mass * p_wrist1_com_y
+    t92 = t86 - t89
+    J_4_11 = p_wrist1_mass + J_5_11
+    # link 3 (elbow): base parameters
+    t96 = p_elbow_mass * (p_elbow_dh_a + p_elbow_com_x)
+    t97 = p_elbow_inertia_zz * 0.5
+    t98 = p_elbow_dh_a * J_4_11
+    t101 = J_4_z1 + p_wrist1_dh_d * J_4_11
+    t102 = p_elbow_mass * p_elbow_com_z
+    J_3_11 = p_elbow_mass + J_4_11
+    # link 2 (shoulder_lift): base parameters
+    t106 = p_shoulder_lift_mass * (p_shoulder_lift_dh_a + p_shoulder_lift_com_x)
+    t107 = p_shoulder_lift_inertia_zz * 0.5
+    t108 = p_shoulder_lift_inertia_yy * 0.5
+    t110 = p_shoulder_lift_mass * (p_shoulder_lift_com_z * p_shoulder_lift_com_z)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (wrist3): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 6 (wrist3): effort when joint 6 is accelerated
+    M_6_6 = J_6_xx + t58
+    # link 5 (wrist2): effort when joint 6 is accelerated
+    t122 = s_5 * M_6_6
+    # link 4 (wrist1): effort when joint 6 is accelerated
+    t123 = c_4 * t122
+    t124 = s_4 * t122
+    # link 3 (elbow): effort when joint 6 is accelerated
+    m_3_6_n_x = s_3 * t124 - c_3 * t123
+    # link 2 (shoulder_lift): effort when joint 6 is accelerated
+    m_2_6_n_y = s_2 * m_3_6_n_x - c_2 * (s_3 * t123 + c_3 * t124)
+    # link 6 (wrist3): composite body, before its turn
+    t134 = s_6 * s_6
+    t136 = c_6 * c_6
+    # link 5 (wrist2): composite body
+    C_5_xx = J_6_xx * t136 + (t58 * t134 + (t68 - t70))
+    C_5_xz = p_wrist2_inertia_xy - (J_6_xx - t58) * (c_6 * s_6)
+    # link 5 (wrist2): effort when joint 5 is accelerated
+    t147 = t77 - C_5_xx
+    C_5t_y1 = J_5_y1 * c_5
+    t149 = J_5_y1 * s_5
+    m_5_5_b_x = p_wrist2_dh_d * t149 + (J_5_yz * s_5 - c_5 * C_5_xz)
+    t159 = p_wrist2_dh_d * C_5t_y1 + (s_5 * C_5_xz + J_5_yz * c_5)
+    # link 4 (wrist1): effort when joint 5 is accelerated
+    t160 = c_4 * C_5t_y1
+    t161 = s_4 * C_5t_y1
+    t162 = c_4 * m_5_5_b_x
+    t164 = s_4 * m_5_5_b_x
+    m_4_5_b_x = p_wrist1_dh_d * t161 + (t162 - s_4 * t147)
+    m_4_5_b_y = p_elbow_dh_a * t149 + (t164 + c_4 * t147 - p_wrist1_dh_d * t160)
+    t175 = t159 + p_elbow_dh_a * t161
+    # link 3 (elbow): effort when joint 5 is accelerated
+    m_3_5_b_y = p_shoulder_lift_dh_a * t149 + (s_3 * m_4_5_b_x + c_3 * m_4_5_b_y)
+    t188 = t175 + p_shoulder_lift_dh_a * (c_3 * t161 + s_3 * t160)
+    # link 2 (shoulder_lift): effort when joint 5 is accelerated
+    m_2_5_n_y = c_2 * m_3_5_b_y - s_2 * (s_3 * m_4_5_b_y - c_3 * m_4_5_b_x)
+    # link 5 (wrist2): composite body, before its turn
+    t192 = c_5 * c_5
+    t194 = s_5 * s_5
+    # link 4 (wrist1): composite body
+    t198 = p_wrist1_inertia_xx * 0.5
+    t199 = t84 - t198
+    t202 = t199 + (t85 + C_5_xx * t192 - t77 * t194)
+    t206 = p_wrist1_inertia_xy - (t77 + C_5_xx) * (c_5 * s_5)
+    t213 = p_wrist1_com_z * t86 + (t85 + (p_wrist2_com_y * t78 + (t69 + (t61 - t68))))
+    t217 = t58 * t136 + (J_6_xx * t134 + t213) - t199 - p_wrist2_dh_d * (t78 + t89)
+    C_4_yz = p_wrist1_inertia_yz - p_wrist1_com_z * J_4_z1 - t159
+    # link 4 (wrist1): effort when joint 4 is accelerated
+    t223 = t92 * c_4 + s_4 * t149
+    t226 = c_4 * t149 - t92 * s_4
+    m_4_4_b_x = p_wrist1_dh_d * t226 + (s_4 * C_4_yz + c_4 * t206)
+    C_3_yz = c_4 * C_4_yz - s_4 * t206 - p_wrist1_dh_d * t223
+    t237 = p_elbow_dh_a * t226
+    # link 3 (elbow): effort when joint 4 is accelerated
+    t239 = s_3 * t223
+    t241 = s_3 * C_3_yz
+    m_3_4_n_x = t241 + c_3 * m_4_4_b_x
+    t244 = c_3 * C_3_yz
+    # link 4 (wrist1): composite body, before its turn
+    t251 = t164 - c_4 * t202
+    t254 = t162 - s_4 * t217
+    # link 3 (elbow): composite body
+    t265 = t96 + t98
+    t267 = p_elbow_inertia_xx * 0.5
+    t268 = p_elbow_inertia_yy * 0.5
+    t274 = p_elbow_com_x * t96 + (t97 - t237 * 2.0 - c_4 * t251 - s_4 * t254)
+    t277 = t268 + (p_elbow_dh_a * t265 + t274 - t267)
+    t281 = p_elbow_dh_a * t223 + (p_elbow_inertia_xy + s_4 * t251 - c_4 * t254)
+    t286 = m_4_4_b_x + (p_elbow_inertia_xz - p_wrist1_dh_d * t98)
+    t288 = t286 - p_elbow_com_z * t96 - p_elbow_dh_a * (J_4_z1 + C_5t_y1)
+    t289 = t226 - t265
+    t290 = t97 - t268
+    t291 = c_4 * (t164 + c_4 * t217) + s_4 * (t162 + s_4 * t202)
+    t293 = t290 + (t267 + t291)
+    # link 3 (elbow): effort when joint 3 is accelerated
+    m_3_3_n_x = t241 + c_3 * t288
+    C_3t_yz = t244 - s_3 * t288
+    t303 = p_shoulder_lift_dh_a * (t239 - c_3 * t289)
+    # link 3 (elbow): composite body, before its turn
+    t306 = c_3 * t281
+    t308 = t306 + s_3 * t293
+    t310 = s_3 * t281
+    t312 = t310 + c_3 * t277
+    # link 2 (shoulder_lift): composite body
+    t325 = p_shoulder_lift_dh_a * (t106 + p_shoulder_lift_dh_a * J_3_11)
+    t326 = p_shoulder_lift_inertia_xx * 0.5
+    t327 = t107 - t326
+    t332 = p_shoulder_lift_com_x * t106 + (c_3 * t312 + (s_3 * t308 + (t108 + 2.0 * t303)))
+    t334 = t327 + (t325 + t332)
+    t337 = c_3 * t308 + (p_shoulder_lift_inertia_xy - s_3 * t312)
+    t338 = p_shoulder_lift_dh_a * (c_3 * t223 + s_3 * t289) + t337
+    t344 = p_shoulder_lift_inertia_xz + m_3_3_n_x - p_shoulder_lift_com_z * t106
+    t345 = t344 - p_shoulder_lift_dh_a * (C_5t_y1 + (t101 + t102))
+    t348 = t107 - t108 - c_3 * (t310 - c_3 * t293) - s_3 * (t306 - s_3 * t277)
+    C_2_yy = t326 + t348
+    # solve: L D L^T
+    t362 = 1.0 / M_6_6
+    t363 = m_2_6_n_y * t362
+    t365 = c_5 * m_2_6_n_y
+    t366 = M_6_6 * t192
+    t367 = 1.0 / t147
+    t368 = m_2_5_n_y * t367
+    t369 = t188 * t367
+    t370 = t175 * t367
+    t371 = t159 * t367
+    t380 = s_2 * m_3_4_n_x - c_2 * (t244 - s_3 * m_4_4_b_x) - t365
+    t381 = t380 - m_2_5_n_y * t371
+    t383 = t202 + t217 - t366
+    t384 = t383 - t237
+    t385 = p_shoulder_lift_dh_a * (c_3 * t226 - t239) - t188 * t371
+    t386 = t385 - t384
+    t388 = t384 + t175 * t371
+    t391 = 1.0 / (t383 + t159 * t371)
+    t392 = t381 * t391
+    t393 = t386 * t391
+    t394 = t388 * t391
+    t401 = m_2_5_n_y * t370 + (t365 + (c_2 * C_3t_yz - s_2 * m_3_3_n_x))
+    t402 = t381 * t394 + t401
+    t405 = t277 + t293 - t366
+    t408 = t405 + (t386 * t394 + (t303 + t188 * t370))
+    t412 = 1.0 / (t175 * t370 + t405 - t388 * t394)
+    t413 = t402 * t412
+    t414 = t408 * t412
+    t417 = c_2 * (p_shoulder_lift_inertia_yz - C_3t_yz) + s_2 * t345
+    t421 = t402 * t414 + (t381 * t393 + (t417 - t365 - m_2_5_n_y * t369))
+    t427 = t188 * t369 + (t334 + C_2_yy - t366) - t386 * t393 - t408 * t414
+    t428 = 1.0 / t427
+    t429 = t421 * t428
+    t433 = p_shoulder_pan_com_x * p_shoulder_pan_com_x + p_shoulder_pan_com_z * p_shoulder_pan_com_z
+    t441 = p_wrist1_com_y * J_4_z1 + (p_shoulder_pan_inertia_yy + t84 - t85)
+    t445 = t110 + (t108 + (p_elbow_com_z * t102 + t441)) - t77 * t192
+    t450 = t267 + (t198 + (C_5_xx * t194 + t445)) - t290 - t327
+    t452 = s_2 * (s_2 * C_2_yy + c_2 * t338) + (c_2 * (c_2 * t334 + s_2 * t338) + t450)
+    t455 = m_2_5_n_y * t368 + (t452 - m_2_6_n_y * t363) - t381 * t392
+    t458 = p_shoulder_pan_mass * t433 + (t455 - t402 * t413 - t421 * t429)
+    t459 = p_wrist1_dh_d * (J_4_z1 + t101 + C_5t_y1 * 2.0) + t458
+    t460 = 1.0 / t459
+    t461 = t429 * t460
+    t462 = -t461
+    t465 = t413 * t460 + t414 * t461
+    t470 = t394 * t465 + (t392 * t460 + t393 * t461)
+    t471 = -t470
+    t478 = t371 * t470 + (t368 * t460 + t369 * t461 - t370 * t465)
+    t479 = t363 * t460
+    t482 = c_5 * (t470 + (t461 - t465))
+    t484 = t482 - t479
+    t486 = t428 + t429 * t461
+    t489 = t413 * t461 + t414 * t486
+    t490 = -t489
+    t495 = t394 * t489 + (t392 * t461 + t393 * t486)
+    t502 = t371 * t495 + (t368 * t461 + t369 * t486 - t370 * t489)
+    t503 = -t502
+    t506 = c_5 * t489
+    t507 = c_5 * t495
+    t510 = t506 + (t363 * t461 - c_5 * t486) - t507
+    t514 = t414 * t489 + (t412 + t413 * t465)
+    t519 = t394 * t514 + (t392 * t465 + t393 * t489)
+    t520 = -t519
+    t527 = t371 * t519 + (t368 * t465 + t369 * t489 - t370 * t514)
+    t530 = c_5 * t519
+    t533 = t530 + (t506 - t363 * t465 - c_5 * t514)
+    t539 = t394 * t519 + (t393 * t495 + (t391 + t392 * t470))
+    t546 = t371 * t539 + (t368 * t470 + t369 * t495 - t370 * t519)
+    t547 = -t546
+    t552 = c_5 * t539 + (t507 - t530 - t363 * t470)
+    t553 = -t552
+    t561 = t371 * t546 + (t369 * t502 + (t368 * t478 - t367) - t370 * t527)
+    t566 = c_5 * (t546 + (t502 - t527)) - t363 * t478
+    t572 = t362 + t363 * (t479 - t482) - c_5 * (t510 + t533 - t552)
+    out[0 * S + k] = t460
+    out[1 * S + k] = t462
+    out[2 * S + k] = t465
+    out[3 * S + k] = t471
+    out[4 * S + k] = t478
+    out[5 * S + k] = t484
+    out[6 * S + k] = t462
+    out[7 * S + k] = t486
+    out[8 * S + k] = t490
+    out[9 * S + k] = t495
+    out[10 * S + k] = t503
+    out[11 * S + k] = t510
+    out[12 * S + k] = t465
+    out[13 * S + k] = t490
+    out[14 * S + k] = t514
+    out[15 * S + k] = t520
+    out[16 * S + k] = t527
+    out[17 * S + k] = t533
+    out[18 * S + k] = t471
+    out[19 * S + k] = t495
+    out[20 * S + k] = t520
+    out[21 * S + k] = t539
+    out[22 * S + k] = t547
+    out[23 * S + k] = t553
+    out[24 * S + k] = t478
+    out[25 * S + k] = t503
+    out[26 * S + k] = t527
+    out[27 * S + k] = t547
+    out[28 * S + k] = t561
+    out[29 * S + k] = t566
+    out[30 * S + k] = t484
+    out[31 * S + k] = t510
+    out[32 * S + k] = t533
+    out[33 * S + k] = t553
+    out[34 * S + k] = t566
+    out[35 * S + k] = t572
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p(q, p):
+    """Inverse of the mass matrix (n, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(36)
+    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_into(q, p, out):
+    """mass_matrix_inverse_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_packed(both):
+    """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 96:
+        raise ValueError("mass_matrix_inverse_p_packed takes 96 numbers: q, p, result")
+    _mass_matrix_inverse_p(both[0:6], both[6:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _mass_matrix_inverse_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch(q, p):
+    """mass_matrix_inverse_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel(q, p):
+    """mass_matrix_inverse_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_soa(q, p):
+    """mass_matrix_inverse_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
     return out.reshape((6, 6, count))
 
 
@@ -2670,6 +3453,14 @@ def bias_force_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_packed(both):
+    """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("bias_force_packed takes 18 numbers: q, qd, result")
+    _bias_force(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -2710,7 +3501,7 @@ def bias_force_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -2731,16 +3522,19 @@ def bias_force_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force(q_, qd_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3061,6 +3855,14 @@ def bias_force_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_packed(both):
+    """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 72:
+        raise ValueError("bias_force_p_packed takes 72 numbers: q, qd, p, result")
+    _bias_force_p(both[0:6], both[6:12], both[12:66], both[66:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3105,7 +3907,7 @@ def bias_force_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3128,16 +3930,19 @@ def bias_force_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _bias_force_p(q_, qd_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3224,6 +4029,14 @@ def gravity_into(q, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_packed(both):
+    """gravity of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 12:
+        raise ValueError("gravity_packed takes 12 numbers: q, result")
+    _gravity(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -3257,7 +4070,7 @@ def gravity_batch_parallel(q):
         raise ValueError("q must have 6 columns, a row per state")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3275,13 +4088,15 @@ def gravity_soa(q):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity(q_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3396,6 +4211,14 @@ def gravity_p_into(q, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_packed(both):
+    """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 66:
+        raise ValueError("gravity_p_packed takes 66 numbers: q, p, result")
+    _gravity_p(both[0:6], both[6:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
     q_ = np.zeros(192)
     block = np.empty(192)
@@ -3433,7 +4256,7 @@ def gravity_p_batch_parallel(q, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3453,13 +4276,15 @@ def gravity_p_soa(q, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for j in range(32):
             _gravity_p(q_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3604,6 +4429,14 @@ def energy_into(q, qd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_packed(both):
+    """energy of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 14:
+        raise ValueError("energy_packed takes 14 numbers: q, qd, result")
+    _energy(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3644,7 +4477,7 @@ def energy_batch_parallel(q, qd):
         raise ValueError("qd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3665,16 +4498,19 @@ def energy_soa(q, qd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy(q_, qd_, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -3908,6 +4744,14 @@ def energy_p_into(q, qd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_packed(both):
+    """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 68:
+        raise ValueError("energy_p_packed takes 68 numbers: q, qd, p, result")
+    _energy_p(both[0:6], both[6:12], both[12:66], both[66:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -3952,7 +4796,7 @@ def energy_p_batch_parallel(q, qd, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -3975,16 +4819,19 @@ def energy_p_soa(q, qd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for j in range(32):
             _energy_p(q_, qd_, p, block, j, 32)
         for i in range(2):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4029,6 +4876,14 @@ def actuation_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_packed(both):
+    """actuation of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 24:
+        raise ValueError("actuation_packed takes 24 numbers: x, u, result")
+    _actuation(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4069,7 +4924,7 @@ def actuation_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4090,16 +4945,19 @@ def actuation_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation(x_, u_, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4148,6 +5006,14 @@ def actuation_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_packed(both):
+    """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 78:
+        raise ValueError("actuation_p_packed takes 78 numbers: x, u, p, result")
+    _actuation_p(both[0:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4192,7 +5058,7 @@ def actuation_p_batch_parallel(x, u, p):
         raise ValueError("p must have 54 entries")
     count = x.shape[0]
     out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4215,16 +5081,19 @@ def actuation_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _actuation_p(x_, u_, p, block, j, 32)
         for i in range(6):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -4576,6 +5445,14 @@ def state_derivative_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_packed(both):
+    """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 30:
+        raise ValueError("state_derivative_packed takes 30 numbers: x, u, result")
+    _state_derivative(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -4616,7 +5493,7 @@ def state_derivative_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out
@@ -4637,16 +5514,19 @@ def state_derivative_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative(x_, u_, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5123,6 +6003,14 @@ def state_derivative_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_packed(both):
+    """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 84:
+        raise ValueError("state_derivative_p_packed takes 84 numbers: x, u, p, result")
+    _state_derivative_p(both[0:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -5167,7 +6055,7 @@ def state_derivative_p_batch_parallel(x, u, p):
         raise ValueError("p must have 54 entries")
     count = x.shape[0]
     out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out
@@ -5190,16 +6078,19 @@ def state_derivative_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_p(x_, u_, p, block, j, 32)
         for i in range(12):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out
 
 
@@ -5972,6 +6863,14 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_packed(both):
+    """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("inverse_dynamics_state_jacobian_packed takes 90 numbers: q, qd, qdd, result")
+    _inverse_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -6019,7 +6918,7 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -6043,19 +6942,23 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -6976,6 +7879,14 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_packed(both):
+    """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 144:
+        raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 144 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -7027,7 +7938,7 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -7053,19 +7964,23 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -8191,6 +9106,14 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_packed(both):
+    """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("forward_dynamics_state_jacobian_packed takes 90 numbers: q, qd, tau, result")
+    _forward_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -8238,7 +9161,7 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
         raise ValueError("tau must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -8262,19 +9185,23 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -9555,6 +10482,14 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_packed(both):
+    """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 144:
+        raise ValueError("forward_dynamics_state_jacobian_p_packed takes 144 numbers: q, qd, tau, p, result")
+    _forward_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -9606,7 +10541,7 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
@@ -9632,19 +10567,23 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = tau[i, start:start + here]
             for j in range(here):
-                tau_[32 * i + j] = tau[i, start + j]
+                tau_[32 * i + j] = line[j]
         for j in range(32):
             _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 12, count))
 
 
@@ -10838,6 +11777,14 @@ def state_derivative_state_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_packed(both):
+    """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 162:
+        raise ValueError("state_derivative_state_jacobian_packed takes 162 numbers: x, u, result")
+    _state_derivative_state_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -10878,7 +11825,7 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -10899,16 +11846,19 @@ def state_derivative_state_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian(x_, u_, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -12257,6 +13207,14 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_packed(both):
+    """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 216:
+        raise ValueError("state_derivative_state_jacobian_p_packed takes 216 numbers: x, u, p, result")
+    _state_derivative_state_jacobian_p(both[0:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -12301,7 +13259,7 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 54 entries")
     count = x.shape[0]
     out = np.empty((count, 144))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
@@ -12324,16 +13282,19 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(144):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 12, count))
 
 
@@ -12612,6 +13573,14 @@ def state_derivative_input_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_packed(both):
+    """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 90:
+        raise ValueError("state_derivative_input_jacobian_packed takes 90 numbers: x, u, result")
+    _state_derivative_input_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -12652,7 +13621,7 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -12673,16 +13642,19 @@ def state_derivative_input_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian(x_, u_, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -13077,6 +14049,14 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_packed(both):
+    """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 144:
+        raise ValueError("state_derivative_input_jacobian_p_packed takes 144 numbers: x, u, p, result")
+    _state_derivative_input_jacobian_p(both[0:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -13121,7 +14101,7 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 54 entries")
     count = x.shape[0]
     out = np.empty((count, 72))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
@@ -13144,16 +14124,19 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(72):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 6, count))
 
 
@@ -14071,6 +15054,14 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_packed(both):
+    """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 342:
+        raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 342 numbers: q, qd, qdd, result")
+    _inverse_dynamics_parameter_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -14118,7 +15109,7 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
         raise ValueError("qdd must have as many rows as q, and 6 columns")
     count = q.shape[0]
     out = np.empty((count, 324))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 54))
@@ -14142,19 +15133,23 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
         for i in range(324):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 54, count))
 
 
@@ -15196,6 +16191,14 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_packed(both):
+    """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 396:
+        raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 396 numbers: q, qd, qdd, p, result")
+    _inverse_dynamics_parameter_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
     q_ = np.zeros(192)
     qd_ = np.zeros(192)
@@ -15247,7 +16250,7 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
         raise ValueError("p must have 54 entries")
     count = q.shape[0]
     out = np.empty((count, 324))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 54))
@@ -15273,19 +16276,23 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(6):
+            line = q[i, start:start + here]
             for j in range(here):
-                q_[32 * i + j] = q[i, start + j]
+                q_[32 * i + j] = line[j]
         for i in range(6):
+            line = qd[i, start:start + here]
             for j in range(here):
-                qd_[32 * i + j] = qd[i, start + j]
+                qd_[32 * i + j] = line[j]
         for i in range(6):
+            line = qdd[i, start:start + here]
             for j in range(here):
-                qdd_[32 * i + j] = qdd[i, start + j]
+                qdd_[32 * i + j] = line[j]
         for j in range(32):
             _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
         for i in range(324):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((6, 54, count))
 
 
@@ -17216,6 +18223,14 @@ def state_derivative_parameter_jacobian_into(x, u, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_packed(both):
+    """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 666:
+        raise ValueError("state_derivative_parameter_jacobian_packed takes 666 numbers: x, u, result")
+    _state_derivative_parameter_jacobian(both[0:12], both[12:18], both[18:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -17256,7 +18271,7 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
         raise ValueError("u must have as many rows as x, and 6 columns")
     count = x.shape[0]
     out = np.empty((count, 648))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 54))
@@ -17277,16 +18292,19 @@ def state_derivative_parameter_jacobian_soa(x, u):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
         for i in range(648):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 54, count))
 
 
@@ -19465,6 +20483,14 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_packed(both):
+    """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 720:
+        raise ValueError("state_derivative_parameter_jacobian_p_packed takes 720 numbers: x, u, p, result")
+    _state_derivative_parameter_jacobian_p(both[0:12], both[12:18], both[18:72], both[72:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
     x_ = np.zeros(384)
     u_ = np.zeros(192)
@@ -19509,7 +20535,7 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
         raise ValueError("p must have 54 entries")
     count = x.shape[0]
     out = np.empty((count, 648))
-    share = 32 * (1 + count // (32 * 8 * get_num_threads()))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 54))
@@ -19532,14 +20558,3207 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
     for start in range(0, count, 32):
         here = min(32, count - start)
         for i in range(12):
+            line = x[i, start:start + here]
             for j in range(here):
-                x_[32 * i + j] = x[i, start + j]
+                x_[32 * i + j] = line[j]
         for i in range(6):
+            line = u[i, start:start + here]
             for j in range(here):
-                u_[32 * i + j] = u[i, start + j]
+                u_[32 * i + j] = line[j]
         for j in range(32):
             _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
         for i in range(648):
+            line = out[i, start:start + here]
             for j in range(here):
-                out[i, start + j] = block[32 * i + j]
+                line[j] = block[32 * i + j]
     return out.reshape((12, 54, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (wrist3): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_lift): orientation
+    R_2_11 = c_1 * c_2
+    t20 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t22 = s_1 * s_2
+    # link 3 (elbow): orientation
+    t25 = s_3 * t20 - c_3 * R_2_11
+    t28 = s_3 * R_2_11 + c_3 * t20
+    R_3_21 = c_3 * R_2_21 - s_3 * t22
+    t34 = c_3 * t22 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist1): orientation
+    t43 = s_4 * t28 + c_4 * t25
+    R_4_12 = s_4 * t25 - c_4 * t28
+    t49 = s_4 * t34 - c_4 * R_3_21
+    t52 = c_4 * t34 + s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31 + s_4 * R_3_32
+    R_4_32 = c_4 * R_3_32 - s_4 * R_3_31
+    # link 5 (wrist2): orientation
+    t61 = c_5 * t43 - s_1 * s_5
+    R_5_12 = s_1 * c_5 + s_5 * t43
+    t67 = c_5 * t49 + c_1 * s_5
+    R_5_22 = s_5 * t49 - c_1 * c_5
+    R_5_31 = c_5 * R_4_31
+    t72 = s_5 * R_4_31
+    R_5_32 = -t72
+    # link 6 (wrist3): origin of its joint
+    t84 = s_1 * 0.17415 - R_2_11 * 0.6127 + t25 * 0.57155 - R_4_12 * 0.11985
+    x_6_x = t84 + R_5_12 * 0.11655
+    t95 = t52 * 0.11985 - c_1 * 0.17415 - R_2_21 * 0.6127 - R_3_21 * 0.57155
+    x_6_y = R_5_22 * 0.11655 + t95
+    t104 = 0.1807 - s_2 * 0.6127 - R_3_31 * 0.57155 - R_4_32 * 0.11985
+    x_6_z = t104 - t72 * 0.11655
+    # link 6 (wrist3): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t61
+    R_6_12 = c_6 * R_4_12 + s_6 * t61
+    R_6_21 = -(c_6 * t67 + s_6 * t52)
+    R_6_22 = s_6 * t67 - c_6 * t52
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    R_6_32 = c_6 * R_4_32 - s_6 * R_5_31
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = R_5_12
+    out[3 * S + k] = x_6_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = R_5_22
+    out[7 * S + k] = x_6_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = R_5_32
+    out[11 * S + k] = x_6_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics(q):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(16)
+    _forward_kinematics(q, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_into(q, out):
+    """forward_kinematics, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_packed(both):
+    """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 22:
+        raise ValueError("forward_kinematics_packed takes 22 numbers: q, result")
+    _forward_kinematics(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch(q):
+    """forward_kinematics of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_rows(q, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel(q):
+    """forward_kinematics of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_soa(q):
+    """forward_kinematics of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics(q_, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    p_shoulder_pan_dh_d = p[1]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (wrist3): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_lift): orientation
+    R_2_11 = c_1 * c_2
+    t26 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t28 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = p_shoulder_lift_dh_a * R_2_11
+    x_3_y = p_shoulder_lift_dh_a * R_2_21
+    # link 3 (elbow): orientation
+    t34 = s_3 * t26 - c_3 * R_2_11
+    t37 = s_3 * R_2_11 + c_3 * t26
+    R_3_21 = c_3 * R_2_21 - s_3 * t28
+    t43 = c_3 * t28 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist1): orientation
+    t57 = s_4 * t37 + c_4 * t34
+    R_4_12 = s_4 * t34 - c_4 * t37
+    t63 = s_4 * t43 - c_4 * R_3_21
+    t66 = c_4 * t43 + s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31 + s_4 * R_3_32
+    R_4_32 = c_4 * R_3_32 - s_4 * R_3_31
+    # link 5 (wrist2): orientation
+    t78 = c_5 * t57 - s_1 * s_5
+    R_5_12 = s_1 * c_5 + s_5 * t57
+    t84 = c_5 * t63 + c_1 * s_5
+    R_5_22 = s_5 * t63 - c_1 * c_5
+    R_5_31 = c_5 * R_4_31
+    t89 = s_5 * R_4_31
+    R_5_32 = -t89
+    # link 6 (wrist3): origin of its joint
+    t94 = x_3_x + p_wrist1_dh_d * s_1 - p_elbow_dh_a * t34 - p_wrist2_dh_d * R_4_12
+    x_6_x = p_wrist3_dh_d * R_5_12 + t94
+    t98 = x_3_y + p_elbow_dh_a * R_3_21 - p_wrist1_dh_d * c_1
+    x_6_y = p_wrist3_dh_d * R_5_22 + (p_wrist2_dh_d * t66 + t98)
+    t103 = p_elbow_dh_a * R_3_31 + (p_shoulder_pan_dh_d + p_shoulder_lift_dh_a * s_2)
+    x_6_z = t103 - p_wrist2_dh_d * R_4_32 - p_wrist3_dh_d * t89
+    # link 6 (wrist3): orientation
+    R_6_11 = s_6 * R_4_12 - c_6 * t78
+    R_6_12 = c_6 * R_4_12 + s_6 * t78
+    R_6_21 = -(c_6 * t84 + s_6 * t66)
+    R_6_22 = s_6 * t84 - c_6 * t66
+    R_6_31 = c_6 * R_5_31 + s_6 * R_4_32
+    R_6_32 = c_6 * R_4_32 - s_6 * R_5_31
+    out[0 * S + k] = R_6_11
+    out[1 * S + k] = R_6_12
+    out[2 * S + k] = R_5_12
+    out[3 * S + k] = x_6_x
+    out[4 * S + k] = R_6_21
+    out[5 * S + k] = R_6_22
+    out[6 * S + k] = R_5_22
+    out[7 * S + k] = x_6_y
+    out[8 * S + k] = R_6_31
+    out[9 * S + k] = R_6_32
+    out[10 * S + k] = R_5_32
+    out[11 * S + k] = x_6_z
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p(q, p):
+    """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(16)
+    _forward_kinematics_p(q, p, out, 0, 1)
+    return out.reshape((4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_into(q, p, out):
+    """forward_kinematics_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 16:
+        raise ValueError("out must have 16 entries")
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_packed(both):
+    """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 76:
+        raise ValueError("forward_kinematics_p_packed takes 76 numbers: q, p, result")
+    _forward_kinematics_p(both[0:6], both[6:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _forward_kinematics_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(16):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch(q, p):
+    """forward_kinematics_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    _forward_kinematics_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel(q, p):
+    """forward_kinematics_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 16))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_soa(q, p):
+    """forward_kinematics_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((16, count))
+    q_ = np.zeros(192)
+    block = np.empty(512)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _forward_kinematics_p(q_, p, block, j, 32)
+        for i in range(16):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((4, 4, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_lift): orientation
+    R_2_11 = c_1 * c_2
+    t17 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t19 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = R_2_11 * -0.6127
+    x_3_y = R_2_21 * -0.6127
+    t26 = s_2 * 0.6127 - 0.1807
+    # link 3 (elbow): orientation
+    t29 = s_3 * t17 - c_3 * R_2_11
+    t32 = s_3 * R_2_11 + c_3 * t17
+    R_3_21 = c_3 * R_2_21 - s_3 * t19
+    t38 = c_3 * t19 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist1): origin of its joint
+    x_4_x = x_3_x + s_1 * 0.17415 + t29 * 0.57155
+    t54 = c_1 * 0.17415 - x_3_y + R_3_21 * 0.57155
+    t56 = t26 + R_3_31 * 0.57155
+    # link 4 (wrist1): orientation
+    t60 = s_4 * t29
+    t61 = c_4 * t32
+    R_4_12 = t60 - t61
+    t68 = c_4 * t38 + s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31 + s_4 * R_3_32
+    t72 = c_4 * R_3_32
+    t73 = s_4 * R_3_31
+    R_4_32 = t72 - t73
+    # link 5 (wrist2): orientation
+    R_5_12 = s_1 * c_5 + s_5 * (s_4 * t32 + c_4 * t29)
+    R_5_22 = s_5 * (s_4 * t38 - c_4 * R_3_21) - c_1 * c_5
+    t81 = s_5 * R_4_31
+    R_5_32 = -t81
+    # link 6 (wrist3): origin of its joint
+    r_5_x = R_5_12 * 0.11655
+    x_6_x = r_5_x + (x_4_x - R_4_12 * 0.11985)
+    r_5_y = R_5_22 * 0.11655
+    t92 = t54 - t68 * 0.11985 - r_5_y
+    r_5_z = t81 * -0.11655
+    t97 = t56 + R_4_32 * 0.11985 - r_5_z
+    # joint 1: lever arm of the tool
+    t98 = 0.1807 + t97
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * t98
+    j_2_y = s_1 * t98
+    j_2_z = c_1 * x_6_x - s_1 * t92
+    # joint 3: lever arm of the tool
+    r_3_z = t26 - t97
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = -(c_1 * r_3_z)
+    j_3_y = -(s_1 * r_3_z)
+    j_3_z = -(s_1 * (x_3_y + t92) + c_1 * (x_3_x - x_6_x))
+    # joint 4: lever arm of the tool
+    r_4_y = t54 - t92
+    r_4_z = t56 - t97
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = -(c_1 * r_4_z)
+    j_4_y = -(s_1 * r_4_z)
+    j_4_z = s_1 * r_4_y - c_1 * (x_4_x - x_6_x)
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * r_5_y + t68 * r_5_z
+    j_5_y = R_4_12 * r_5_z - R_4_32 * r_5_x
+    j_5_z = -(t68 * r_5_x + R_4_12 * r_5_y)
+    t137 = -c_1
+    out[0 * S + k] = t92
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = j_4_x
+    out[4 * S + k] = j_5_x
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_6_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = j_3_y
+    out[9 * S + k] = j_4_y
+    out[10 * S + k] = j_5_y
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = j_3_z
+    out[15 * S + k] = j_4_z
+    out[16 * S + k] = j_5_z
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = s_1
+    out[20 * S + k] = s_1
+    out[21 * S + k] = s_1
+    out[22 * S + k] = t61 - t60
+    out[23 * S + k] = R_5_12
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = t137
+    out[26 * S + k] = t137
+    out[27 * S + k] = t137
+    out[28 * S + k] = t68
+    out[29 * S + k] = R_5_22
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = t73 - t72
+    out[35 * S + k] = R_5_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian(q):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(36)
+    _jacobian(q, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_into(q, out):
+    """jacobian, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian(q, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_packed(both):
+    """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 42:
+        raise ValueError("jacobian_packed takes 42 numbers: q, result")
+    _jacobian(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch(q):
+    """jacobian of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rows(q, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel(q):
+    """jacobian of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_soa(q):
+    """jacobian of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian(q_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_shoulder_pan_dh_d = p[1]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_lift): orientation
+    R_2_11 = c_1 * c_2
+    t23 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t25 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = p_shoulder_lift_dh_a * R_2_11
+    x_3_y = p_shoulder_lift_dh_a * R_2_21
+    x_3_z = p_shoulder_pan_dh_d + p_shoulder_lift_dh_a * s_2
+    # link 3 (elbow): orientation
+    t32 = s_3 * t23 - c_3 * R_2_11
+    t35 = s_3 * R_2_11 + c_3 * t23
+    R_3_21 = c_3 * R_2_21 - s_3 * t25
+    t41 = c_3 * t25 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist1): origin of its joint
+    x_4_x = x_3_x + p_wrist1_dh_d * s_1 - p_elbow_dh_a * t32
+    x_4_y = x_3_y + p_elbow_dh_a * R_3_21 - p_wrist1_dh_d * c_1
+    x_4_z = x_3_z + p_elbow_dh_a * R_3_31
+    # link 4 (wrist1): orientation
+    t61 = s_4 * t32
+    t62 = c_4 * t35
+    R_4_12 = t61 - t62
+    t69 = c_4 * t41 + s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31 + s_4 * R_3_32
+    t73 = c_4 * R_3_32
+    t74 = s_4 * R_3_31
+    R_4_32 = t73 - t74
+    # link 5 (wrist2): orientation
+    R_5_12 = s_1 * c_5 + s_5 * (s_4 * t35 + c_4 * t32)
+    R_5_22 = s_5 * (s_4 * t41 - c_4 * R_3_21) - c_1 * c_5
+    t85 = s_5 * R_4_31
+    R_5_32 = -t85
+    # link 6 (wrist3): origin of its joint
+    r_5_x = p_wrist3_dh_d * R_5_12
+    x_6_x = r_5_x + (x_4_x - p_wrist2_dh_d * R_4_12)
+    r_5_y = p_wrist3_dh_d * R_5_22
+    x_6_y = r_5_y + (x_4_y + p_wrist2_dh_d * t69)
+    t93 = p_wrist3_dh_d * t85
+    x_6_z = x_4_z - p_wrist2_dh_d * R_4_32 - t93
+    # joint 1: lever arm of the tool
+    t96 = p_shoulder_pan_dh_d - x_6_z
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * t96
+    j_2_y = s_1 * t96
+    j_2_z = s_1 * x_6_y + c_1 * x_6_x
+    # joint 3: lever arm of the tool
+    t104 = x_3_z - x_6_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_1 * t104
+    j_3_y = s_1 * t104
+    j_3_z = -(s_1 * (x_3_y - x_6_y) + c_1 * (x_3_x - x_6_x))
+    # joint 4: lever arm of the tool
+    t113 = x_4_z - x_6_z
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = c_1 * t113
+    j_4_y = s_1 * t113
+    j_4_z = -(s_1 * (x_4_y - x_6_y) + c_1 * (x_4_x - x_6_x))
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * r_5_y - t69 * t93
+    j_5_y = -(R_4_12 * t93 + R_4_32 * r_5_x)
+    j_5_z = -(t69 * r_5_x + R_4_12 * r_5_y)
+    t134 = -c_1
+    out[0 * S + k] = -x_6_y
+    out[1 * S + k] = j_2_x
+    out[2 * S + k] = j_3_x
+    out[3 * S + k] = j_4_x
+    out[4 * S + k] = j_5_x
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = x_6_x
+    out[7 * S + k] = j_2_y
+    out[8 * S + k] = j_3_y
+    out[9 * S + k] = j_4_y
+    out[10 * S + k] = j_5_y
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = j_2_z
+    out[14 * S + k] = j_3_z
+    out[15 * S + k] = j_4_z
+    out[16 * S + k] = j_5_z
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = s_1
+    out[20 * S + k] = s_1
+    out[21 * S + k] = s_1
+    out[22 * S + k] = t62 - t61
+    out[23 * S + k] = R_5_12
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = t134
+    out[26 * S + k] = t134
+    out[27 * S + k] = t134
+    out[28 * S + k] = t69
+    out[29 * S + k] = R_5_22
+    out[30 * S + k] = 1.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = t74 - t73
+    out[35 * S + k] = R_5_32
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p(q, p):
+    """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(36)
+    _jacobian_p(q, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_into(q, p, out):
+    """jacobian_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_p(q, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_packed(both):
+    """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 96:
+        raise ValueError("jacobian_p_packed takes 96 numbers: q, p, result")
+    _jacobian_p(both[0:6], both[6:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch(q, p):
+    """jacobian_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_p_rows(q, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel(q, p):
+    """jacobian_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_soa(q, p):
+    """jacobian_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_p(q_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate(q, qd, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_lift): orientation
+    R_2_11 = c_1 * c_2
+    t21 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t23 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = R_2_11 * -0.6127
+    x_3_y = R_2_21 * -0.6127
+    t30 = s_2 * 0.6127 - 0.1807
+    # link 3 (elbow): orientation
+    t33 = s_3 * t21 - c_3 * R_2_11
+    t36 = s_3 * R_2_11 + c_3 * t21
+    R_3_21 = c_3 * R_2_21 - s_3 * t23
+    t42 = c_3 * t23 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist1): origin of its joint
+    x_4_x = x_3_x + s_1 * 0.17415 + t33 * 0.57155
+    t58 = c_1 * 0.17415 - x_3_y + R_3_21 * 0.57155
+    t60 = t30 + R_3_31 * 0.57155
+    # link 4 (wrist1): orientation
+    R_4_12 = s_4 * t33 - c_4 * t36
+    t72 = c_4 * t42 + s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31 + s_4 * R_3_32
+    R_4_32 = c_4 * R_3_32 - s_4 * R_3_31
+    # link 5 (wrist2): orientation
+    R_5_12 = s_1 * c_5 + s_5 * (s_4 * t36 + c_4 * t33)
+    R_5_22 = s_5 * (s_4 * t42 - c_4 * R_3_21) - c_1 * c_5
+    t85 = s_5 * R_4_31
+    # link 6 (wrist3): origin of its joint
+    r_5_x = R_5_12 * 0.11655
+    x_6_x = r_5_x + (x_4_x - R_4_12 * 0.11985)
+    r_5_y = R_5_22 * 0.11655
+    t95 = t58 - t72 * 0.11985 - r_5_y
+    r_5_z = t85 * -0.11655
+    t100 = t60 + R_4_32 * 0.11985 - r_5_z
+    # joint 1: lever arm of the tool
+    t101 = 0.1807 + t100
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * t101
+    j_2_y = s_1 * t101
+    # joint 3: lever arm of the tool
+    r_3_z = t30 - t100
+    # joint 3: velocity of the tool for unit speed
+    t110 = c_1 * r_3_z
+    t111 = s_1 * r_3_z
+    t114 = s_1 * (x_3_y + t95) + c_1 * (x_3_x - x_6_x)
+    # joint 4: lever arm of the tool
+    r_4_y = t58 - t95
+    r_4_z = t60 - t100
+    # joint 4: velocity of the tool for unit speed
+    t118 = c_1 * r_4_z
+    t119 = s_1 * r_4_z
+    j_4_z = s_1 * r_4_y - c_1 * (x_4_x - x_6_x)
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * r_5_y + t72 * r_5_z
+    j_5_y = R_4_12 * r_5_z - R_4_32 * r_5_x
+    t131 = t72 * r_5_x + R_4_12 * r_5_y
+    # joint 5: velocity of the tool from here on
+    u_5_x = qd_5 * j_5_x
+    u_5_y = qd_5 * j_5_y
+    t134 = qd_5 * t131
+    # joint 4: velocity of the tool from here on
+    u_4_x = u_5_x - qd_4 * t118
+    u_4_y = u_5_y - qd_4 * t119
+    t140 = t134 - qd_4 * j_4_z
+    # joint 3: velocity of the tool from here on
+    u_3_x = u_4_x - qd_3 * t110
+    u_3_y = u_4_y - qd_3 * t111
+    t146 = t140 + qd_3 * t114
+    # joint 2: velocity of the tool from here on
+    u_2_x = u_3_x + qd_2 * j_2_x
+    u_2_y = u_3_y + qd_2 * j_2_y
+    t152 = t146 + qd_2 * (s_1 * t95 - c_1 * x_6_x)
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x + qd_1 * t95
+    # joint 2: rate of its axis
+    zd_2_x = qd_1 * c_1
+    zd_2_y = qd_1 * s_1
+    # link 2: angular velocity
+    omega_2_x = qd_2 * s_1
+    t159 = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_z = s_1 * t159 - c_1 * omega_2_x
+    # link 3: angular velocity
+    omega_3_x = omega_2_x + qd_3 * s_1
+    t166 = t159 + qd_3 * c_1
+    # joint 4: rate of its axis
+    zd_4_z = s_1 * t166 - c_1 * omega_3_x
+    # link 4: angular velocity
+    omega_4_x = omega_3_x + qd_4 * s_1
+    t173 = t166 + qd_4 * c_1
+    # joint 5: rate of its axis
+    zd_5_x = R_4_32 * t173 - qd_1 * t72
+    zd_5_y = R_4_32 * omega_4_x - qd_1 * R_4_12
+    zd_5_z = t72 * omega_4_x - R_4_12 * t173
+    # link 5: angular velocity
+    omega_5_x = omega_4_x - qd_5 * R_4_12
+    t186 = t173 - qd_5 * t72
+    omega_5_z = qd_1 - qd_5 * R_4_32
+    # joint 6: rate of its axis
+    zd_6_x = t85 * t186 - R_5_22 * omega_5_z
+    zd_6_y = t85 * omega_5_x + R_5_12 * omega_5_z
+    zd_6_z = R_5_12 * t186 + R_5_22 * omega_5_x
+    t219 = t131 * t173 + R_4_32 * u_5_y - t72 * t134 - qd_1 * j_5_y
+    t240 = t131 * omega_4_x + qd_1 * j_5_x - R_4_32 * u_5_x - R_4_12 * t134
+    t250 = c_1 * u_3_x + (s_1 * u_3_y - t110 * t159 - t111 * omega_2_x)
+    t257 = c_1 * u_4_x + (s_1 * u_4_y - t118 * t166) - t119 * omega_3_x
+    t264 = j_5_x * t173 + (j_5_y * omega_4_x - R_4_12 * u_5_y - t72 * u_5_x)
+    out[0 * S + k] = -(u_2_y + qd_1 * x_6_x)
+    out[1 * S + k] = c_1 * t152 - qd_1 * j_2_y
+    out[2 * S + k] = t114 * t159 + (c_1 * t146 + qd_1 * t111)
+    out[3 * S + k] = c_1 * t140 + (qd_1 * t119 - j_4_z * t166)
+    out[4 * S + k] = t219
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = s_1 * t152 + qd_1 * j_2_x
+    out[8 * S + k] = t114 * omega_2_x + s_1 * t146 - qd_1 * t110
+    out[9 * S + k] = s_1 * t140 - j_4_z * omega_3_x - qd_1 * t118
+    out[10 * S + k] = t240
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = s_1 * u_2_y + c_1 * u_2_x
+    out[14 * S + k] = t250
+    out[15 * S + k] = t257
+    out[16 * S + k] = t264
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = zd_2_x
+    out[21 * S + k] = zd_2_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = zd_2_y
+    out[27 * S + k] = zd_2_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = zd_3_z
+    out[33 * S + k] = zd_4_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate(q, qd):
+    """d jacobian / dt, (6, n)."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _jacobian_rate(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_into(q, qd, out):
+    """jacobian_rate, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_packed(both):
+    """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("jacobian_rate_packed takes 48 numbers: q, qd, result")
+    _jacobian_rate(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch(q, qd):
+    """jacobian_rate of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel(q, qd):
+    """jacobian_rate of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_soa(q, qd):
+    """jacobian_rate of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p(q, qd, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    p_shoulder_pan_dh_d = p[1]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 2 (shoulder_lift): orientation
+    R_2_11 = c_1 * c_2
+    t27 = c_1 * s_2
+    R_2_21 = s_1 * c_2
+    t29 = s_1 * s_2
+    # link 3 (elbow): origin of its joint
+    x_3_x = p_shoulder_lift_dh_a * R_2_11
+    x_3_y = p_shoulder_lift_dh_a * R_2_21
+    x_3_z = p_shoulder_pan_dh_d + p_shoulder_lift_dh_a * s_2
+    # link 3 (elbow): orientation
+    t36 = s_3 * t27 - c_3 * R_2_11
+    t39 = s_3 * R_2_11 + c_3 * t27
+    R_3_21 = c_3 * R_2_21 - s_3 * t29
+    t45 = c_3 * t29 + s_3 * R_2_21
+    R_3_31 = s_2 * c_3 + c_2 * s_3
+    R_3_32 = c_2 * c_3 - s_2 * s_3
+    # link 4 (wrist1): origin of its joint
+    x_4_x = x_3_x + p_wrist1_dh_d * s_1 - p_elbow_dh_a * t36
+    x_4_y = x_3_y + p_elbow_dh_a * R_3_21 - p_wrist1_dh_d * c_1
+    x_4_z = x_3_z + p_elbow_dh_a * R_3_31
+    # link 4 (wrist1): orientation
+    R_4_12 = s_4 * t36 - c_4 * t39
+    t73 = c_4 * t45 + s_4 * R_3_21
+    R_4_31 = c_4 * R_3_31 + s_4 * R_3_32
+    R_4_32 = c_4 * R_3_32 - s_4 * R_3_31
+    # link 5 (wrist2): orientation
+    R_5_12 = s_1 * c_5 + s_5 * (s_4 * t39 + c_4 * t36)
+    R_5_22 = s_5 * (s_4 * t45 - c_4 * R_3_21) - c_1 * c_5
+    t89 = s_5 * R_4_31
+    # link 6 (wrist3): origin of its joint
+    r_5_x = p_wrist3_dh_d * R_5_12
+    x_6_x = r_5_x + (x_4_x - p_wrist2_dh_d * R_4_12)
+    r_5_y = p_wrist3_dh_d * R_5_22
+    x_6_y = r_5_y + (x_4_y + p_wrist2_dh_d * t73)
+    t96 = p_wrist3_dh_d * t89
+    x_6_z = x_4_z - p_wrist2_dh_d * R_4_32 - t96
+    # joint 1: lever arm of the tool
+    t99 = p_shoulder_pan_dh_d - x_6_z
+    # joint 2: velocity of the tool for unit speed
+    j_2_x = c_1 * t99
+    j_2_y = s_1 * t99
+    j_2_z = s_1 * x_6_y + c_1 * x_6_x
+    # joint 3: lever arm of the tool
+    t107 = x_3_z - x_6_z
+    # joint 3: velocity of the tool for unit speed
+    j_3_x = c_1 * t107
+    j_3_y = s_1 * t107
+    t112 = s_1 * (x_3_y - x_6_y) + c_1 * (x_3_x - x_6_x)
+    # joint 4: lever arm of the tool
+    t115 = x_4_z - x_6_z
+    # joint 4: velocity of the tool for unit speed
+    j_4_x = c_1 * t115
+    j_4_y = s_1 * t115
+    t120 = s_1 * (x_4_y - x_6_y) + c_1 * (x_4_x - x_6_x)
+    # joint 5: velocity of the tool for unit speed
+    j_5_x = R_4_32 * r_5_y - t73 * t96
+    t126 = R_4_12 * t96 + R_4_32 * r_5_x
+    t129 = t73 * r_5_x + R_4_12 * r_5_y
+    # joint 5: velocity of the tool from here on
+    u_5_x = qd_5 * j_5_x
+    t131 = qd_5 * t126
+    t132 = qd_5 * t129
+    # joint 4: velocity of the tool from here on
+    u_4_x = u_5_x + qd_4 * j_4_x
+    t136 = t131 - qd_4 * j_4_y
+    t138 = t132 + qd_4 * t120
+    # joint 3: velocity of the tool from here on
+    u_3_x = u_4_x + qd_3 * j_3_x
+    t142 = t136 - qd_3 * j_3_y
+    t144 = t138 + qd_3 * t112
+    # joint 2: velocity of the tool from here on
+    u_2_x = u_3_x + qd_2 * j_2_x
+    t148 = t142 - qd_2 * j_2_y
+    t150 = t144 - qd_2 * j_2_z
+    # joint 1: velocity of the tool from here on
+    u_1_x = u_2_x - qd_1 * x_6_y
+    # joint 2: rate of its axis
+    zd_2_x = qd_1 * c_1
+    zd_2_y = qd_1 * s_1
+    # link 2: angular velocity
+    omega_2_x = qd_2 * s_1
+    t157 = qd_2 * c_1
+    # joint 3: rate of its axis
+    zd_3_z = s_1 * t157 - c_1 * omega_2_x
+    # link 3: angular velocity
+    omega_3_x = omega_2_x + qd_3 * s_1
+    t164 = t157 + qd_3 * c_1
+    # joint 4: rate of its axis
+    zd_4_z = s_1 * t164 - c_1 * omega_3_x
+    # link 4: angular velocity
+    omega_4_x = omega_3_x + qd_4 * s_1
+    t171 = t164 + qd_4 * c_1
+    # joint 5: rate of its axis
+    zd_5_x = R_4_32 * t171 - qd_1 * t73
+    zd_5_y = R_4_32 * omega_4_x - qd_1 * R_4_12
+    zd_5_z = t73 * omega_4_x - R_4_12 * t171
+    # link 5: angular velocity
+    omega_5_x = omega_4_x - qd_5 * R_4_12
+    t184 = t171 - qd_5 * t73
+    omega_5_z = qd_1 - qd_5 * R_4_32
+    # joint 6: rate of its axis
+    zd_6_x = t89 * t184 - R_5_22 * omega_5_z
+    zd_6_y = t89 * omega_5_x + R_5_12 * omega_5_z
+    zd_6_z = R_5_12 * t184 + R_5_22 * omega_5_x
+    t216 = qd_1 * t126 + (t129 * t171 - R_4_32 * t131 - t73 * t132)
+    t237 = t129 * omega_4_x + qd_1 * j_5_x - R_4_32 * u_5_x - R_4_12 * t132
+    t247 = c_1 * u_3_x + (j_3_y * omega_2_x + (j_3_x * t157 - s_1 * t142))
+    t254 = j_4_y * omega_3_x + (c_1 * u_4_x + (j_4_x * t164 - s_1 * t136))
+    t261 = j_5_x * t171 + (R_4_12 * t131 - t126 * omega_4_x - t73 * u_5_x)
+    out[0 * S + k] = t148 - qd_1 * x_6_x
+    out[1 * S + k] = c_1 * t150 - qd_1 * j_2_y
+    out[2 * S + k] = t112 * t157 + (c_1 * t144 - qd_1 * j_3_y)
+    out[3 * S + k] = c_1 * t138 + (t120 * t164 - qd_1 * j_4_y)
+    out[4 * S + k] = t216
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = u_1_x
+    out[7 * S + k] = s_1 * t150 + qd_1 * j_2_x
+    out[8 * S + k] = qd_1 * j_3_x + (t112 * omega_2_x + s_1 * t144)
+    out[9 * S + k] = qd_1 * j_4_x + (s_1 * t138 + t120 * omega_3_x)
+    out[10 * S + k] = t237
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = c_1 * u_2_x - s_1 * t148
+    out[14 * S + k] = t247
+    out[15 * S + k] = t254
+    out[16 * S + k] = t261
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = zd_2_x
+    out[20 * S + k] = zd_2_x
+    out[21 * S + k] = zd_2_x
+    out[22 * S + k] = zd_5_x
+    out[23 * S + k] = zd_6_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = zd_2_y
+    out[26 * S + k] = zd_2_y
+    out[27 * S + k] = zd_2_y
+    out[28 * S + k] = zd_5_y
+    out[29 * S + k] = zd_6_y
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = zd_3_z
+    out[33 * S + k] = zd_4_z
+    out[34 * S + k] = zd_5_z
+    out[35 * S + k] = zd_6_z
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p(q, qd, p):
+    """d jacobian / dt, (6, n). Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(36)
+    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_into(q, qd, p, out):
+    """jacobian_rate_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_packed(both):
+    """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 102:
+        raise ValueError("jacobian_rate_p_packed takes 102 numbers: q, qd, p, result")
+    _jacobian_rate_p(both[0:6], both[6:12], both[12:66], both[66:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _jacobian_rate_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch(q, qd, p):
+    """jacobian_rate_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel(q, qd, p):
+    """jacobian_rate_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_soa(q, qd, p):
+    """jacobian_rate_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass(q, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 5 (wrist2): all from here on: first moment, before its turn
+    h_5t_x = s_5 * -0.09132825
+    # link 4 (wrist1): all from here on: first moment, before its turn
+    t21 = c_4 * 0.33495074999999996 - s_4 * h_5t_x
+    # link 3 (elbow): all from here on: first moment
+    h_3_x = c_4 * h_5t_x + s_4 * 0.33495074999999996 - 4.0059802
+    # link 3 (elbow): all from here on: first moment, before its turn
+    h_3t_y = s_3 * h_3_x - c_3 * t21
+    # link 2 (shoulder_lift): all from here on: first moment
+    h_2_x = c_3 * h_3_x + s_3 * t21 - 8.3576545
+    # link 1 (shoulder_pan): all from here on: first moment
+    h_1_x = c_2 * h_2_x - s_2 * h_3t_y + 0.154749
+    t44 = c_5 * 0.09132825 + 3.3646072499999997
+    # link 1 (shoulder_pan): all from here on: first moment, before its turn
+    h_1t_x = c_1 * h_1_x + s_1 * t44
+    h_1t_y = s_1 * h_1_x - c_1 * t44
+    # link 1 (shoulder_pan): all from here on: first moment, in frame 0
+    h_1b_z = s_2 * h_2_x + c_2 * h_3t_y + 5.2590927999999995
+    out[0 * S + k] = h_1t_x * 0.03435953820780649
+    out[1 * S + k] = h_1t_y * 0.03435953820780649
+    out[2 * S + k] = h_1b_z * 0.03435953820780649
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass(q):
+    """Centre of mass (3,) of links and tool in the world."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    out = np.empty(3)
+    _center_of_mass(q, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_into(q, out):
+    """center_of_mass, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass(q, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_packed(both):
+    """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 9:
+        raise ValueError("center_of_mass_packed takes 9 numbers: q, result")
+    _center_of_mass(both[0:6], both[6:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_rows(q, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch(q):
+    """center_of_mass of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_rows(q, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel(q):
+    """center_of_mass of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_soa(q):
+    """center_of_mass of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass(q_, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p(q, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    p_shoulder_pan_dh_d = p[1]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    p_shoulder_pan_mass = p[7]
+    p_shoulder_pan_com_x = p[8]
+    p_shoulder_pan_com_z = p[9]
+    p_shoulder_lift_mass = p[16]
+    p_shoulder_lift_com_x = p[17]
+    p_shoulder_lift_com_z = p[18]
+    p_elbow_mass = p[25]
+    p_elbow_com_x = p[26]
+    p_elbow_com_z = p[27]
+    p_wrist1_mass = p[33]
+    p_wrist1_com_y = p[34]
+    p_wrist1_com_z = p[35]
+    p_wrist2_mass = p[41]
+    p_wrist2_com_y = p[42]
+    p_wrist2_com_z = p[43]
+    p_wrist3_mass = p[49]
+    p_wrist3_com_z = p[50]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 5 (wrist2): all from here on: mass
+    m_5 = p_wrist2_mass + p_wrist3_mass
+    # link 5 (wrist2): all from here on: first moment
+    h_5_y = p_wrist2_mass * p_wrist2_com_z + p_wrist3_mass * (p_wrist3_dh_d + p_wrist3_com_z)
+    # link 5 (wrist2): all from here on: first moment, before its turn
+    t44 = s_5 * h_5_y
+    h_5t_y = c_5 * h_5_y
+    # link 4 (wrist1): all from here on: mass
+    m_4 = p_wrist1_mass + m_5
+    # link 4 (wrist1): all from here on: first moment
+    t49 = p_wrist2_mass * p_wrist2_com_y - p_wrist2_dh_d * m_5
+    h_4_y = t49 - p_wrist1_mass * p_wrist1_com_z
+    # link 4 (wrist1): all from here on: first moment, before its turn
+    h_4t_y = c_4 * h_4_y - s_4 * t44
+    # link 3 (elbow): all from here on: mass
+    m_3 = p_elbow_mass + m_4
+    # link 3 (elbow): all from here on: first moment
+    t62 = c_4 * t44 + s_4 * h_4_y - p_elbow_mass * p_elbow_com_x
+    t63 = t62 - p_elbow_dh_a * m_3
+    # link 3 (elbow): all from here on: first moment, before its turn
+    t69 = s_3 * t63 - c_3 * h_4t_y
+    # link 2 (shoulder_lift): all from here on: first moment
+    t71 = p_shoulder_lift_mass + m_3
+    t74 = c_3 * t63 + s_3 * h_4t_y - p_shoulder_lift_mass * p_shoulder_lift_com_x
+    t75 = t74 - p_shoulder_lift_dh_a * t71
+    # link 1 (shoulder_pan): all from here on: mass
+    m_1 = p_shoulder_pan_mass + t71
+    # link 1 (shoulder_pan): all from here on: first moment
+    t84 = c_2 * t75 - s_2 * t69 - p_shoulder_pan_mass * p_shoulder_pan_com_x
+    t87 = p_wrist1_dh_d * m_4 + (h_5t_y + p_wrist1_mass * p_wrist1_com_y)
+    t89 = p_shoulder_lift_mass * p_shoulder_lift_com_z + (p_elbow_mass * p_elbow_com_z + t87)
+    t90 = p_shoulder_pan_mass * p_shoulder_pan_com_z + t89
+    t98 = 1.0 / m_1
+    t105 = t98 * (p_shoulder_pan_dh_d * m_1 - s_2 * t75 - c_2 * t69)
+    out[0 * S + k] = t98 * (s_1 * t90 - c_1 * t84)
+    out[1 * S + k] = -((s_1 * t84 + c_1 * t90) * t98)
+    out[2 * S + k] = t105
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p(q, p):
+    """Centre of mass (3,) of links and tool in the world. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(3)
+    _center_of_mass_p(q, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_into(q, p, out):
+    """center_of_mass_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 3:
+        raise ValueError("out must have 3 entries")
+    _center_of_mass_p(q, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_packed(both):
+    """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 63:
+        raise ValueError("center_of_mass_p_packed takes 63 numbers: q, p, result")
+    _center_of_mass_p(both[0:6], both[6:60], both[60:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _center_of_mass_p_rows(q, p, out, first, last):
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(count):
+            for i in range(3):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch(q, p):
+    """center_of_mass_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    _center_of_mass_p_rows(q, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel(q, p):
+    """center_of_mass_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 3))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_soa(q, p):
+    """center_of_mass_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((3, count))
+    q_ = np.zeros(192)
+    block = np.empty(96)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for j in range(32):
+            _center_of_mass_p(q_, p, block, j, 32)
+        for i in range(3):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix(q, qd, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (wrist3): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_lift): angular velocity
+    omega_2_x = qd_1 * s_2
+    omega_2_y = qd_1 * c_2
+    # link 3 (elbow): velocity, before its turn
+    v_3t_y = qd_2 * -0.6127
+    # link 3 (elbow): angular velocity
+    omega_3_x = c_3 * omega_2_x + s_3 * omega_2_y
+    t30 = s_3 * omega_2_x - c_3 * omega_2_y
+    omega_3_z = qd_2 + qd_3
+    # link 3 (elbow): velocity of its frame
+    v_3_x = s_3 * v_3t_y
+    v_3_y = c_3 * v_3t_y
+    # link 4 (wrist1): velocity, before its turn
+    t36 = t30 * 0.17415 - v_3_x
+    t41 = omega_3_x * 0.17415 + omega_3_z * 0.57155 - v_3_y
+    v_4t_z = omega_2_y * 0.6127 - t30 * 0.57155
+    # link 4 (wrist1): angular velocity
+    omega_4_x = c_4 * omega_3_x - s_4 * t30
+    t51 = c_4 * t30 + s_4 * omega_3_x
+    omega_4_z = qd_4 + omega_3_z
+    # link 4 (wrist1): velocity of its frame
+    t55 = s_4 * t41 + c_4 * t36
+    t58 = c_4 * t41 - s_4 * t36
+    # link 5 (wrist2): velocity, before its turn
+    v_5t_x = omega_4_z * 0.11985 - t55
+    v_5t_y = v_4t_z - omega_4_x * 0.11985
+    # link 5 (wrist2): angular velocity
+    omega_5_x = s_5 * omega_4_z + c_5 * omega_4_x
+    omega_5_y = c_5 * omega_4_z - s_5 * omega_4_x
+    omega_5_z = qd_5 + t51
+    # link 5 (wrist2): velocity of its frame
+    v_5_x = c_5 * v_5t_x + s_5 * v_5t_y
+    v_5_y = c_5 * v_5t_y - s_5 * v_5t_x
+    # link 6 (wrist3): angular velocity
+    t79 = s_6 * omega_5_z - c_6 * omega_5_x
+    t82 = s_6 * omega_5_x + c_6 * omega_5_z
+    omega_6_z = qd_6 + omega_5_y
+    # link 6 (wrist3): composite body: flow of its moments
+    K_6_13 = t82 * 0.000175
+    K_6_23 = t79 * -0.000165
+    # link 6 (wrist3): Coriolis terms
+    s_6_n_x = t82 * -0.000165
+    s_6_n_y = t79 * 0.000175
+    # link 6 (wrist3): Coriolis terms with joint 6
+    t92 = s_6 * s_6_n_y - c_6 * s_6_n_x
+    s_6_6_n_y = c_6 * s_6_n_y + s_6 * s_6_n_x
+    t98 = c_6 * K_6_13 - s_6 * K_6_23
+    K_6u_23 = c_6 * K_6_23 + s_6 * K_6_13
+    # link 5 (wrist2): Coriolis terms with joint 6
+    t102 = c_5 * t92
+    s_5_6_n_y = -(s_5 * t92)
+    m_5_6_n_x = s_5 * -0.00034
+    t107 = c_5 * t98
+    t108 = s_5 * t98
+    # link 4 (wrist1): Coriolis terms with joint 6
+    t111 = c_4 * t102 + s_4 * s_6_6_n_y
+    t114 = s_4 * t102 - c_4 * s_6_6_n_y
+    m_4_6_n_x = c_4 * m_5_6_n_x
+    m_4_6_n_y = s_4 * m_5_6_n_x
+    k_4_6_x = s_4 * K_6u_23 - c_4 * t107
+    t122 = c_4 * K_6u_23 + s_4 * t107
+    # link 3 (elbow): Coriolis terms with joint 6
+    m_3_6_n_y = s_3 * m_4_6_n_x + c_3 * m_4_6_n_y
+    k_3_6_x = s_3 * t122 + c_3 * k_4_6_x
+    # link 2 (shoulder_lift): Coriolis terms with joint 6
+    t143 = s_2 * (c_3 * t111 - s_3 * t114) + c_2 * (c_3 * t114 + s_3 * t111)
+    s_2_6_n_y = -t143
+    k_2_6_y = s_2 * k_3_6_x - c_2 * (c_3 * t122 - s_3 * k_4_6_x)
+    # link 6 (wrist3): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_a = ss_6 * 9.999999999999999e-06
+    t152 = S_6_a - 0.000175
+    K_6_p = omega_6_z * 9.999999999999999e-06
+    K_6_a = sc_6 * K_6_p
+    t155 = ss_6 * K_6_p
+    # link 5 (wrist2): composite body
+    t157 = t152 - 0.0009200000000000002
+    t160 = sc_6 * 9.999999999999999e-06 + 1e-05
+    # link 5 (wrist2): composite body: flow of its moments
+    t162 = K_6_a + omega_5_y * 1e-05
+    t165 = omega_5_x * 1e-05 + omega_5_z * 0.0009200000000000002
+    K_5_12 = t98 + t165
+    t169 = omega_5_y * 0.0009200000000000002 + omega_6_z * 0.000175
+    t170 = t169 - t155
+    t175 = omega_5_y * 0.00048948 + omega_5_z * 0.0072190910375
+    t178 = t175 - v_5_x * 0.09132825
+    K_5_22 = omega_5_x * 0.00048948 + v_5_y * 0.09132825
+    K_5_23 = t58 * 0.09132825 + omega_5_x * 0.0072190910375
+    K_5_31 = t155 + (omega_5_z * 0.00048948 + omega_6_z * 0.000165)
+    t191 = K_6u_23 + omega_5_z * 1e-05
+    # link 5 (wrist2): composite body: momentum
+    l_5_x = omega_5_z * -0.09132825
+    l_5_z = omega_5_x * 0.09132825
+    # link 5 (wrist2): Coriolis terms
+    t195 = t162 - K_5_22
+    s_5_f_z = omega_5_y * 0.09132825
+    t200 = K_5_31 - omega_5_y * (S_6_a + 0.0073840910375)
+    s_5_n_y = t191 - omega_5_x * (0.000165 + (S_6_a - t157))
+    t205 = omega_5_y * t160
+    t206 = t162 - t205
+    s_5_n_z = t205 - t162
+    # link 5 (wrist2): Coriolis terms with joint 5
+    l_5u_y = s_5 * l_5_x
+    s_5_5_f_y = c_5 * l_5_x
+    t214 = 0.11985 * s_5_5_f_y
+    t216 = t214 + (c_5 * t200 + s_5 * s_5_n_y)
+    t217 = 0.11985 * l_5u_y
+    s_5_5_b_z = c_5 * s_5_n_y - (s_5 * t200 + t217)
+    h_5u_y = c_5 * 0.09132825
+    m_5_5_f_x = c_5 * -0.09132825
+    m_5_5_f_y = s_5 * -0.09132825
+    t226 = t152 - 0.0081390910375
+    m_5_5_b_x = c_5 * t160 + s_5 * 0.0104562107625
+    k_5_5_x = s_5 * K_5_23 + c_5 * t170
+    K_5u_23 = c_5 * K_5_23 - s_5 * t170
+    # link 4 (wrist1): Coriolis terms with joint 5
+    s_4_5_f_x = s_4 * s_5_f_z - c_4 * l_5u_y
+    t241 = c_4 * s_5_f_z + s_4 * l_5u_y
+    s_4_5_b_x = 0.17415 * t241 - s_4 * t206 - c_4 * t216
+    t252 = c_4 * t206 + (0.57155 * s_5_5_f_y + 0.17415 * s_4_5_f_x)
+    s_4_5_b_y = t252 - s_4 * t216
+    s_4_5_b_z = s_5_5_b_z + 0.57155 * t241
+    m_4_5_f_x = c_4 * m_5_5_f_x
+    m_4_5_f_y = s_4 * m_5_5_f_x
+    t264 = s_4 * t226 + (0.17415 * m_4_5_f_y - c_4 * m_5_5_b_x)
+    t269 = s_5 * 0.0521986612875 - 0.17415 * m_4_5_f_x - s_4 * m_5_5_b_x
+    t270 = t269 - c_4 * t226
+    t273 = s_4 * t195 - c_4 * k_5_5_x
+    k_4_5_y = s_4 * k_5_5_x + c_4 * t195
+    # link 3 (elbow): Coriolis terms with joint 5
+    s_3_5_f_y = s_3 * s_4_5_f_x - c_3 * t241
+    s_3_5_b_y = s_3 * s_4_5_b_x + (c_3 * s_4_5_b_y + 0.6127 * s_5_5_f_y)
+    s_3_5_b_z = s_4_5_b_z - 0.6127 * s_3_5_f_y
+    m_3_5_n_x = s_3 * t270 - c_3 * t264
+    k_3_5_y = c_3 * k_4_5_y - s_3 * t273
+    # link 2 (shoulder_lift): Coriolis terms with joint 5
+    s_2_5_n_y = c_2 * s_3_5_b_y - s_2 * (s_3 * s_4_5_b_y - c_3 * s_4_5_b_x)
+    k_2_5_y = c_2 * k_3_5_y - s_2 * (s_3 * k_4_5_y + c_3 * t273)
+    # link 5 (wrist2): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t313 = t157 + 0.0072190910375
+    t314 = ss_5 * t313
+    t316 = t314 - 0.0072190910375
+    t317 = t162 + K_5_22
+    K_5_p = K_5_12 - t178
+    t323 = sc_5 * t317 + ss_5 * K_5_p
+    # link 4 (wrist1): composite body
+    t329 = t157 - t314 - 0.0009200000000000002
+    t330 = sc_5 * t313 - 1e-05
+    S_4_22 = S_6_a + 0.03785481638749999
+    t336 = c_5 * 0.0104562107625 - s_5 * t160 + 0.0005046
+    # link 4 (wrist1): composite body: flow of its moments
+    t339 = sc_5 * K_5_p + t51 * 1e-05 - ss_5 * t317
+    t340 = t162 + t339
+    K_4_13 = K_5_12 + t51 * 0.0009200000000000002 - t323
+    t344 = omega_4_x * 0.0005046
+    t346 = t58 * 0.33495074999999996
+    K_4_22 = t346 + (t344 + (t162 + omega_5_x * 0.0104562107625))
+    t354 = v_4t_z * 0.33495074999999996 - omega_4_x * 0.03768981638749999
+    t357 = s_5 * K_5_31 + (t217 + t354) - c_5 * t191
+    K_4_31 = omega_4_z * 0.0005046 - t178 - t323
+    K_4_32 = omega_4_z * 1e-05 - K_5u_23
+    # link 4 (wrist1): composite body: momentum
+    l_4_x = s_5_5_f_y + omega_4_z * 0.33495074999999996
+    t366 = omega_4_x * 0.33495074999999996 - l_5u_y
+    # link 4 (wrist1): Coriolis terms
+    t367 = t340 - K_4_22
+    s_4_f_x = l_5_z - omega_4_x * h_5u_y
+    s_4_f_y = l_4_x + t51 * h_5u_y
+    s_4_f_z = omega_4_x * m_5_5_f_y + t51 * 0.33495074999999996
+    t381 = t55 * h_5u_y + (K_4_31 - omega_4_x * m_5_5_b_x) - t51 * (t316 - S_4_22)
+    t382 = t51 * m_5_5_b_x
+    t388 = t58 * h_5u_y + (K_4_32 - t382) - omega_4_x * (t316 + t329)
+    s_4_n_z = t55 * m_5_5_f_y - (omega_4_x * t336 + (t51 * t330 + (t346 + t367)))
+    # link 4 (wrist1): Coriolis terms with joint 4
+    s_4_4_f_x = c_4 * s_4_f_x - s_4 * s_4_f_y
+    s_4_4_f_y = c_4 * s_4_f_y + s_4 * s_4_f_x
+    t408 = c_4 * t381 + (0.17415 * s_4_4_f_y - s_4 * t388)
+    t412 = 0.57155 * s_4_f_z + 0.17415 * s_4_4_f_x - s_4 * t381
+    s_4_4_b_y = t412 - c_4 * t388
+    s_4_4_b_z = s_4_n_z - 0.57155 * s_4_4_f_y
+    m_4_4_f_x = c_4 * 0.33495074999999996 - s_4 * m_5_5_f_y
+    m_4_4_f_y = c_4 * m_5_5_f_y + s_4 * 0.33495074999999996
+    t428 = s_4 * t336 + (0.17415 * m_4_4_f_y - c_4 * t330)
+    m_4_4_b_y = c_4 * t336 + (s_4 * t330 + 0.17415 * m_4_4_f_x)
+    t434 = s_4 * t357 + c_4 * K_4_13
+    K_4u_23 = s_4 * K_4_13 - c_4 * t357
+    # link 3 (elbow): Coriolis terms with joint 4
+    s_3_4_f_y = s_3 * s_4_4_f_x + c_3 * s_4_4_f_y
+    s_3_4_b_y = c_3 * s_4_4_b_y + (0.6127 * s_4_f_z - s_3 * t408)
+    s_3_4_b_z = s_4_4_b_z - 0.6127 * s_3_4_f_y
+    t451 = s_3 * m_4_4_b_y
+    t454 = c_3 * m_4_4_b_y
+    m_3_4_n_y = t454 - s_3 * t428
+    k_3_4_x = s_3 * K_4u_23 - c_3 * t434
+    # link 2 (shoulder_lift): Coriolis terms with joint 4
+    s_2_4_n_y = c_2 * s_3_4_b_y - s_2 * (s_3 * s_4_4_b_y + c_3 * t408)
+    k_2_4_y = s_2 * k_3_4_x - c_2 * (c_3 * K_4u_23 + s_3 * t434)
+    # link 4 (wrist1): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t471 = t329 + S_4_22
+    S_4_p = m_5_5_b_x * 2.0
+    t476 = ss_4 * t471 - sc_4 * S_4_p
+    t479 = t340 + K_4_22
+    t485 = omega_4_x * 1e-05 - t51 * 0.0005046 + omega_4_z * 0.036769816387499994
+    t489 = t214 + (t485 - t55 * 0.33495074999999996) - k_5_5_x
+    t491 = s_5 * t191 + (c_5 * K_5_31 + t489)
+    l_4u_x = s_4 * l_5_z + c_4 * l_4_x
+    l_4u_y = s_4 * l_4_x - c_4 * l_5_z
+    # link 3 (elbow): composite body
+    t512 = t329 + m_4_4_f_y * 1.1431 - t476 - 2.2750052753100003
+    t516 = m_5_5_b_x + 0.57155 * m_4_4_f_x - sc_4 * t471 - ss_4 * S_4_p
+    S_3_12 = t516 - 8e-05
+    t522 = c_5 * 0.0521986612875 - t428 + 0.5748142411875
+    S_3_22 = S_4_22 - t476 + 0.0036599999999999966
+    S_3_33 = c_5 * 0.031809629475 - t316
+    h_3_x = m_4_4_f_y - 4.0059802
+    # link 3 (elbow): composite body: flow of its moments
+    t531 = t30 * 0.5748142411875
+    t534 = sc_4 * t491 + (ss_4 * t479 + omega_3_z * 8e-05)
+    t540 = t340 + v_3_x * 4.0059802 + 0.57155 * l_4u_x - t531 - t534
+    t546 = omega_2_y * 2.45446406854 + omega_3_x * 8e-05 - t30 * 2.2750052753100003
+    t549 = t546 - 0.57155 * t366 - t434
+    K_3_22 = K_4_22 - t534
+    K_3_23 = K_4u_23 + (omega_3_x * 0.0036599999999999966 - t30 * 8e-05)
+    K_3_31 = c_4 * K_4_31 - s_4 * K_4_32 + 0.17415 * l_4u_x
+    t560 = omega_3_z * 0.5748142411875 - c_4 * K_4_32 - s_4 * K_4_31
+    t562 = t560 - 0.17415 * l_4u_y
+    # link 3 (elbow): composite body: momentum
+    t564 = omega_3_z * 4.0059802 - l_4u_y
+    # link 3 (elbow): Coriolis terms
+    t567 = t540 - K_3_22
+    s_3_f_x = t564 - omega_3_x * h_5u_y
+    s_3_f_y = l_4u_x + t30 * h_5u_y
+    s_3_f_z = t30 * m_4_4_f_x + omega_3_x * h_3_x
+    t577 = S_3_22 + S_3_33
+    t581 = t30 * t577 + (K_3_31 - omega_3_x * S_3_12 - v_3_x * h_5u_y)
+    t584 = t512 - S_3_33
+    s_3_n_y = omega_3_x * t584 + (t30 * S_3_12 + (t562 + v_3_y * h_5u_y))
+    t593 = v_3_y * m_4_4_f_x - omega_3_x * m_4_4_b_y
+    t595 = t30 * t522 + (t567 + v_3_x * h_3_x)
+    s_3_n_z = t593 - t595
+    # link 3 (elbow): Coriolis terms with joint 3
+    s_3_3_f_y = c_3 * s_3_f_y + s_3 * s_3_f_x
+    s_3_3_b_y = c_3 * s_3_n_y + 0.6127 * s_3_f_z - s_3 * t581
+    s_3_3_b_z = -0.6127 * s_3_3_f_y - (t595 - t593)
+    h_3u_y = s_3 * h_3_x - c_3 * m_4_4_f_x
+    m_3_3_f_y = s_3 * m_4_4_f_x + c_3 * h_3_x
+    t618 = t451 - c_3 * t522
+    m_3_3_n_y = t454 + s_3 * t522
+    k_3_3_x = s_3 * K_3_23 + c_3 * t549
+    K_3u_23 = c_3 * K_3_23 - s_3 * t549
+    # link 2 (shoulder_lift): Coriolis terms with joint 3
+    s_2_3_n_y = c_2 * s_3_3_b_y - s_2 * (s_3 * s_3_n_y + c_3 * t581)
+    k_2_3_y = s_2 * k_3_3_x - c_2 * K_3u_23
+    # link 3 (elbow): composite body, before its turn
+    ss_3 = s_3 * s_3
+    sc_3 = c_3 * s_3
+    t635 = t512 + S_3_22
+    S_3_p = 2.0 * S_3_12
+    S_3_a = sc_3 * S_3_p - ss_3 * t635
+    t642 = t540 + K_3_22
+    t646 = omega_3_x * 0.5748142411875 + omega_3_z * 2.2713452753100003
+    t651 = t646 - v_3_y * 4.0059802 - t491 - 2.0 * (sc_4 * t479 - ss_4 * t491)
+    K_3_p = t651 - 0.57155 * l_4u_y
+    l_3u_x = c_3 * l_4u_x + s_3 * t564
+    l_3u_y = s_3 * l_4u_x - c_3 * t564
+    # link 2 (shoulder_lift): composite body
+    t672 = S_3_12 - 0.6127 * h_3u_y - ss_3 * S_3_p - sc_3 * t635
+    S_2_12 = t672 - 5e-05
+    # link 2 (shoulder_lift): composite body: flow of its moments
+    t682 = omega_2_y * -1.140398191975
+    t685 = ss_3 * t642 + qd_2 * 5e-05 - sc_3 * K_3_p
+    t689 = t540 + 0.6127 * l_3u_x - t682 - t685
+    t695 = omega_2_x * 5e-05 + omega_2_y * 4.7226721861500005 - 0.6127 * (t366 + t30 * 4.0059802)
+    t697 = omega_2_x * 2e-05
+    K_2_22 = t697 + (K_3_22 - t685)
+    t703 = omega_2_x * 0.01344499999999993 + omega_2_y * 5e-05
+    K_2_23 = K_3u_23 + t703
+    # link 2 (shoulder_lift): Coriolis terms
+    t712 = c_3 * K_3_31 + (s_3 * t562 + qd_2 * 2e-05) - omega_2_x * S_2_12
+    t713 = t712 - omega_2_y * (0.01344499999999993 + (t577 + S_3_a))
+    t719 = S_3_a + (t584 + m_3_3_f_y * 1.2254) - 4.7226721861500005
+    t724 = c_3 * t562 + qd_2 * 1.140398191975 - s_3 * K_3_31 - omega_2_y * S_2_12
+    s_2_n_y = omega_2_x * t719 + t724
+    t727 = omega_2_y * (c_5 * 0.055956818775 - t618 + 1.140398191975)
+    s_2_n_z = t727 + (K_2_22 - t689 - omega_2_x * (m_3_3_n_y + 2e-05))
+    # link 2 (shoulder_lift): Coriolis terms with joint 2
+    s_2_2_n_y = c_2 * s_2_n_y - s_2 * t713
+    k_2_2_y = s_2 * (k_3_3_x + t695) - c_2 * K_2_23
+    # link 2 (shoulder_lift): composite body, before its turn
+    t741 = qd_2 * 4.709227186150001 + omega_2_x * 1.140398191975
+    t746 = K_3_p + (t741 - omega_2_y * 2e-05) - 2.0 * (sc_3 * t642 + ss_3 * K_3_p)
+    K_2_p = t746 - 0.6127 * l_3u_y
+    # link 1 (shoulder_pan): Coriolis terms
+    t758 = K_5_22 + t339 - t344 - 0.17415 * t366 - t531 - t682
+    K_1_t = s_2 * (s_2 * (t689 + K_2_22) - c_2 * K_2_p) + (t758 - t689 - t697)
+    t766 = -(omega_2_x * m_3_3_n_y + (t567 + omega_2_y * t618))
+    t770 = omega_2_y * (t451 + c_3 * t428) + (t367 + omega_2_x * m_3_4_n_y)
+    t778 = omega_2_x * (c_3 * t270 + (s_3 * t264 + s_5 * 0.055956818775))
+    t787 = omega_3_x * t270 + (t30 * t264 - K_5u_23 - v_3_x * m_4_5_f_y)
+    t793 = t58 * m_5_5_f_x + (omega_4_x * t226 + (K_5u_23 + t382))
+    t798 = t108 + omega_2_y * (s_3 * m_4_6_n_y - c_3 * m_4_6_n_x)
+    t805 = -(t30 * m_4_6_n_x + (t108 + omega_3_x * m_4_6_n_y))
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_n_y
+    out[2 * S + k] = s_2_3_n_y
+    out[3 * S + k] = s_2_4_n_y
+    out[4 * S + k] = s_2_5_n_y
+    out[5 * S + k] = s_2_6_n_y
+    out[6 * S + k] = k_2_2_y
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = s_5_6_n_y
+    out[12 * S + k] = k_2_3_y
+    out[13 * S + k] = t766
+    out[14 * S + k] = s_3_n_z
+    out[15 * S + k] = s_4_4_b_z
+    out[16 * S + k] = s_4_5_b_z
+    out[17 * S + k] = s_5_6_n_y
+    out[18 * S + k] = k_2_4_y
+    out[19 * S + k] = -t770
+    out[20 * S + k] = t30 * t428 + (t593 - t367 - v_3_x * m_4_4_f_y)
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = s_5_5_b_z
+    out[23 * S + k] = s_5_6_n_y
+    out[24 * S + k] = k_2_5_y
+    out[25 * S + k] = t778 + (omega_2_y * m_3_5_n_x - K_5u_23)
+    out[26 * S + k] = v_3_y * m_4_5_f_x + t787
+    out[27 * S + k] = -t793
+    out[28 * S + k] = s_5_n_z
+    out[29 * S + k] = -s_6_6_n_y
+    out[30 * S + k] = k_2_6_y
+    out[31 * S + k] = -(omega_2_x * m_3_6_n_y + t798)
+    out[32 * S + k] = t805
+    out[33 * S + k] = -(t108 + t51 * m_5_6_n_x)
+    out[34 * S + k] = K_6u_23 - omega_5_x * 0.00034
+    out[35 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix(q, qd):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    out = np.empty(36)
+    _coriolis_matrix(q, qd, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_into(q, qd, out):
+    """coriolis_matrix, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_packed(both):
+    """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 48:
+        raise ValueError("coriolis_matrix_packed takes 48 numbers: q, qd, result")
+    _coriolis_matrix(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_rows(q, qd, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch(q, qd):
+    """coriolis_matrix of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_rows(q, qd, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel(q, qd):
+    """coriolis_matrix of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_soa(q, qd):
+    """coriolis_matrix of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix(q_, qd_, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p(q, qd, p, out, k, S):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    p_shoulder_lift_mass = p[16]
+    p_shoulder_lift_com_x = p[17]
+    p_shoulder_lift_com_z = p[18]
+    p_shoulder_lift_inertia_xx = p[19]
+    p_shoulder_lift_inertia_yy = p[20]
+    p_shoulder_lift_inertia_zz = p[21]
+    p_shoulder_lift_inertia_xy = p[22]
+    p_shoulder_lift_inertia_xz = p[23]
+    p_shoulder_lift_inertia_yz = p[24]
+    p_elbow_mass = p[25]
+    p_elbow_com_x = p[26]
+    p_elbow_com_z = p[27]
+    p_elbow_inertia_xx = p[28]
+    p_elbow_inertia_yy = p[29]
+    p_elbow_inertia_zz = p[30]
+    p_elbow_inertia_xy = p[31]
+    p_elbow_inertia_xz = p[32]
+    p_wrist1_mass = p[33]
+    p_wrist1_com_y = p[34]
+    p_wrist1_com_z = p[35]
+    p_wrist1_inertia_xx = p[36]
+    p_wrist1_inertia_yy = p[37]
+    p_wrist1_inertia_zz = p[38]
+    p_wrist1_inertia_xy = p[39]
+    p_wrist1_inertia_yz = p[40]
+    p_wrist2_mass = p[41]
+    p_wrist2_com_y = p[42]
+    p_wrist2_com_z = p[43]
+    p_wrist2_inertia_xx = p[44]
+    p_wrist2_inertia_yy = p[45]
+    p_wrist2_inertia_zz = p[46]
+    p_wrist2_inertia_xy = p[47]
+    p_wrist2_inertia_yz = p[48]
+    p_wrist3_mass = p[49]
+    p_wrist3_com_z = p[50]
+    p_wrist3_inertia_xx = p[51]
+    p_wrist3_inertia_yy = p[52]
+    p_wrist3_inertia_zz = p[53]
+    # link 6 (wrist3): base parameters
+    t55 = p_wrist3_inertia_zz * 0.5
+    t56 = p_wrist3_inertia_yy * 0.5
+    t57 = p_wrist3_inertia_xx * 0.5
+    t58 = t56 - t57
+    J_6_xx = t55 + t58
+    t60 = t55 - t58
+    J_6_z1 = p_wrist3_mass * p_wrist3_com_z
+    # link 5 (wrist2): base parameters
+    t63 = p_wrist2_inertia_xx * 0.5
+    t64 = p_wrist2_inertia_yy * 0.5
+    t65 = p_wrist2_inertia_zz * 0.5
+    t66 = t63 - t65
+    J_5_xx = t64 - t66
+    t69 = J_6_z1 + p_wrist3_dh_d * p_wrist3_mass
+    t70 = p_wrist2_mass * p_wrist2_com_z
+    t78 = t55 - t56 - t57 - p_wrist3_com_z * J_6_z1 - t64 - t66
+    t80 = t78 - p_wrist2_com_z * t70 - p_wrist3_dh_d * (J_6_z1 + t69)
+    t81 = p_wrist2_mass * p_wrist2_com_y
+    J_5_yz = p_wrist2_inertia_yz - p_wrist2_com_z * t81
+    J_5_y1 = t69 + t70
+    J_5_11 = p_wrist2_mass + p_wrist3_mass
+    # link 4 (wrist1): base parameters
+    t88 = 0.5 * (p_wrist1_inertia_xx - p_wrist1_inertia_zz)
+    t89 = p_wrist1_inertia_yy * 0.5
+    t90 = t88 - t89
+    t91 = p_wrist1_mass * p_wrist1_com_z
+    t94 = t81 - p_wrist2_dh_d * J_5_11
+    t101 = t89 + (t88 + (p_wrist2_com_y * t81 + (t65 + (t63 - t64))))
+    t103 = p_wrist1_com_z * t91 + t101 - p_wrist2_dh_d * (t81 + t94)
+    J_4_z1 = p_wrist1_mass * p_wrist1_com_y
+    J_4_yz = p_wrist1_inertia_yz - p_wrist1_com_z * J_4_z1
+    t107 = t91 - t94
+    J_4_11 = p_wrist1_mass + J_5_11
+    # link 3 (elbow): base parameters
+    t110 = p_elbow_mass * (p_elbow_dh_a + p_elbow_com_x)
+    t112 = p_elbow_dh_a * J_4_11
+    J_3_x1 = t110 + t112
+    t116 = 0.5 * (p_elbow_inertia_xx - p_elbow_inertia_yy)
+    t117 = p_elbow_inertia_zz * 0.5
+    t119 = p_elbow_com_x * t110 + p_elbow_dh_a * J_3_x1 - t116
+    t120 = t117 + t119
+    t125 = p_elbow_inertia_xz - p_elbow_dh_a * J_4_z1 - p_wrist1_dh_d * t112
+    t126 = t125 - p_elbow_com_z * t110
+    t127 = t116 + t117
+    J_3_z1 = p_elbow_mass * p_elbow_com_z + (J_4_z1 + p_wrist1_dh_d * J_4_11)
+    J_3_11 = p_elbow_mass + J_4_11
+    # link 2 (shoulder_lift): base parameters
+    t134 = p_shoulder_lift_mass * (p_shoulder_lift_dh_a + p_shoulder_lift_com_x)
+    t138 = p_shoulder_lift_dh_a * (t134 + p_shoulder_lift_dh_a * J_3_11)
+    t139 = p_shoulder_lift_inertia_xx - p_shoulder_lift_inertia_yy
+    t140 = 0.5 * t139
+    t141 = p_shoulder_lift_inertia_zz * 0.5
+    t144 = t141 + (p_shoulder_lift_com_x * t134 + t138 - t140)
+    t147 = p_shoulder_lift_inertia_xz - p_shoulder_lift_dh_a * J_3_z1
+    t148 = t147 - p_shoulder_lift_com_z * t134
+    J_2_yy = t140 + t141
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 6 (wrist3): rotation
+    c_6 = _cos(q_6)
+    s_6 = _sin(q_6)
+    # link 2 (shoulder_lift): angular velocity
+    omega_2_x = qd_1 * s_2
+    omega_2_y = qd_1 * c_2
+    # link 3 (elbow): velocity, before its turn
+    v_3t_y = qd_2 * p_shoulder_lift_dh_a
+    t163 = p_shoulder_lift_dh_a * omega_2_y
+    # link 3 (elbow): angular velocity
+    omega_3_x = c_3 * omega_2_x + s_3 * omega_2_y
+    t169 = s_3 * omega_2_x - c_3 * omega_2_y
+    omega_3_z = qd_2 + qd_3
+    # link 3 (elbow): velocity of its frame
+    v_3_x = s_3 * v_3t_y
+    v_3_y = c_3 * v_3t_y
+    # link 4 (wrist1): velocity, before its turn
+    v_4t_x = v_3_x - p_wrist1_dh_d * t169
+    v_4t_y = p_elbow_dh_a * omega_3_z + (v_3_y - p_wrist1_dh_d * omega_3_x)
+    t180 = t163 - p_elbow_dh_a * t169
+    # link 4 (wrist1): angular velocity
+    omega_4_x = c_4 * omega_3_x - s_4 * t169
+    t186 = c_4 * t169 + s_4 * omega_3_x
+    omega_4_z = qd_4 + omega_3_z
+    # link 4 (wrist1): velocity of its frame
+    v_4_x = s_4 * v_4t_y + c_4 * v_4t_x
+    v_4_y = c_4 * v_4t_y - s_4 * v_4t_x
+    # link 5 (wrist2): velocity, before its turn
+    v_5t_x = v_4_x + p_wrist2_dh_d * omega_4_z
+    t197 = t180 + p_wrist2_dh_d * omega_4_x
+    # link 5 (wrist2): angular velocity
+    omega_5_x = s_5 * omega_4_z + c_5 * omega_4_x
+    omega_5_y = c_5 * omega_4_z - s_5 * omega_4_x
+    omega_5_z = qd_5 + t186
+    # link 5 (wrist2): velocity of its frame
+    v_5_x = c_5 * v_5t_x - s_5 * t197
+    # link 6 (wrist3): angular velocity
+    t213 = s_6 * omega_5_z - c_6 * omega_5_x
+    t216 = s_6 * omega_5_x + c_6 * omega_5_z
+    omega_6_z = qd_6 + omega_5_y
+    # link 6 (wrist3): composite body: flow of its moments
+    K_6_12 = J_6_xx * omega_6_z
+    K_6_13 = J_6_xx * t216
+    t220 = t60 * omega_6_z
+    t221 = t60 * t213
+    # link 6 (wrist3): Coriolis terms
+    t222 = t60 * t216
+    s_6_n_y = J_6_xx * t213
+    # link 6 (wrist3): Coriolis terms with joint 6
+    t226 = s_6 * s_6_n_y + c_6 * t222
+    t227 = c_6 * s_6_n_y
+    t228 = s_6 * t222
+    s_6_6_n_y = t227 - t228
+    m_6_6_n_z = J_6_xx + t60
+    t233 = c_6 * K_6_13 + s_6 * t221
+    t236 = c_6 * t221 - s_6 * K_6_13
+    # link 5 (wrist2): Coriolis terms with joint 6
+    t237 = c_5 * t226
+    s_5_6_n_y = -(s_5 * t226)
+    t240 = s_5 * m_6_6_n_z
+    t241 = c_5 * t233
+    t242 = s_5 * t233
+    # link 4 (wrist1): Coriolis terms with joint 6
+    t245 = c_4 * t237 + s_4 * s_6_6_n_y
+    t248 = s_4 * t237 - c_4 * s_6_6_n_y
+    t249 = c_4 * t240
+    t250 = s_4 * t240
+    t253 = s_4 * t236 + c_4 * t241
+    t256 = c_4 * t236 - s_4 * t241
+    # link 3 (elbow): Coriolis terms with joint 6
+    m_3_6_n_x = s_3 * t250 - c_3 * t249
+    # link 2 (shoulder_lift): Coriolis terms with joint 6
+    t277 = s_2 * (c_3 * t245 - s_3 * t248) + c_2 * (c_3 * t248 + s_3 * t245)
+    s_2_6_n_y = -t277
+    k_2_6_y = c_2 * (c_3 * t256 - s_3 * t253) - s_2 * (s_3 * t256 + c_3 * t253)
+    # link 6 (wrist3): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_d = J_6_xx - t60
+    S_6_a = ss_6 * S_6_d
+    S_6_b = sc_6 * S_6_d
+    t287 = t60 + S_6_a
+    K_6_p = K_6_12 - t220
+    K_6_a = sc_6 * K_6_p
+    t290 = ss_6 * K_6_p
+    # link 5 (wrist2): composite body
+    S_5_11 = J_6_xx + J_5_xx - S_6_a
+    S_5_13 = p_wrist2_inertia_xy - S_6_b
+    # link 5 (wrist2): composite body: flow of its moments
+    t295 = K_6_a - p_wrist2_inertia_xy * omega_5_y
+    K_5_12 = t233 + J_5_xx * omega_5_z - p_wrist2_inertia_xy * omega_5_x
+    t302 = J_5_xx * omega_5_y + (K_6_12 - t290)
+    K_5_21 = J_5_y1 * v_5_x + (J_5_yz * omega_5_y + t80 * omega_5_z)
+    t309 = J_5_yz * omega_5_x
+    t310 = J_5_y1 * (c_5 * t197 + s_5 * v_5t_x) + t309
+    t313 = t80 * omega_5_x + J_5_y1 * v_4_y
+    t316 = t220 + t290 - J_5_yz * omega_5_z
+    t318 = t236 + p_wrist2_inertia_xy * omega_5_z
+    # link 5 (wrist2): composite body: momentum
+    t319 = J_5_y1 * omega_5_z
+    l_5_z = J_5_y1 * omega_5_x
+    # link 5 (wrist2): Coriolis terms
+    t321 = t295 + t310
+    s_5_f_z = J_5_y1 * omega_5_y
+    t325 = t316 + omega_5_y * (t80 - t287)
+    t328 = t318 + omega_5_x * (t287 + S_5_11)
+    s_5_n_z = t310 - t321 - omega_5_y * S_5_13
+    # link 5 (wrist2): Coriolis terms with joint 5
+    s_5_5_f_x = s_5 * t319
+    t333 = c_5 * t319
+    t338 = p_wrist2_dh_d * t333
+    t340 = c_5 * t325 - s_5 * t328 - t338
+    t341 = p_wrist2_dh_d * s_5_5_f_x
+    s_5_5_b_z = t341 - (s_5 * t325 + c_5 * t328)
+    h_5u_y = J_5_y1 * c_5
+    t345 = J_5_y1 * s_5
+    t350 = t80 - S_5_11
+    t353 = c_5 * S_5_13 - J_5_yz * s_5 - p_wrist2_dh_d * t345
+    t356 = s_5 * t313 - c_5 * t302
+    t359 = c_5 * t313 + s_5 * t302
+    # link 4 (wrist1): Coriolis terms with joint 5
+    s_4_5_f_x = s_4 * s_5_f_z + c_4 * s_5_5_f_x
+    t365 = c_4 * s_5_f_z - s_4 * s_5_5_f_x
+    s_4_5_b_x = p_wrist1_dh_d * t365 + (s_4 * s_5_n_z - c_4 * t340)
+    t377 = c_4 * s_5_n_z + s_4 * t340 - p_elbow_dh_a * t333 - p_wrist1_dh_d * s_4_5_f_x
+    s_4_5_b_z = s_5_5_b_z - p_elbow_dh_a * t365
+    t380 = c_4 * h_5u_y
+    t381 = s_4 * h_5u_y
+    t388 = c_4 * t353 + s_4 * t350 - p_wrist1_dh_d * t381
+    t393 = p_wrist1_dh_d * t380 + (s_4 * t353 - c_4 * t350) - p_elbow_dh_a * t345
+    t396 = s_4 * t321 + c_4 * t356
+    t399 = s_4 * t356 - c_4 * t321
+    # link 3 (elbow): Coriolis terms with joint 5
+    s_3_5_f_y = s_3 * s_4_5_f_x - c_3 * t365
+    s_3_5_n_x = s_3 * t377 + c_3 * s_4_5_b_x
+    t410 = c_3 * t377 - s_3 * s_4_5_b_x - p_shoulder_lift_dh_a * t333
+    s_3_5_b_z = s_4_5_b_z + p_shoulder_lift_dh_a * s_3_5_f_y
+    m_3_5_n_x = s_3 * t393 - c_3 * t388
+    t420 = s_3 * t388 + c_3 * t393 - p_shoulder_lift_dh_a * t345
+    # link 2 (shoulder_lift): Coriolis terms with joint 5
+    s_2_5_n_y = s_2 * s_3_5_n_x - c_2 * t410
+    k_2_5_y = s_2 * (s_3 * t399 - c_3 * t396) - c_2 * (c_3 * t399 + s_3 * t396)
+    # link 5 (wrist2): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t435 = t80 + S_5_11
+    t436 = ss_5 * t435
+    t438 = t80 - t436
+    t439 = t295 - t310
+    K_5_p = K_5_12 + K_5_21
+    t445 = sc_5 * t439 + ss_5 * K_5_p
+    # link 4 (wrist1): composite body
+    t451 = t436 + (t90 - S_5_11)
+    t452 = p_wrist1_inertia_xy - sc_5 * t435
+    t453 = t103 + t287
+    S_4_23 = J_4_yz - s_5 * S_5_13 - J_5_yz * c_5 - p_wrist2_dh_d * h_5u_y
+    # link 4 (wrist1): composite body: flow of its moments
+    t460 = sc_5 * K_5_p - ss_5 * t439 - p_wrist1_inertia_xy * t186
+    t461 = t295 + t460
+    K_4_13 = K_5_12 - t445 - t90 * t186
+    t468 = J_4_yz * omega_4_x
+    t470 = t107 * v_4_y
+    K_4_22 = p_wrist2_dh_d * l_5_z + (t295 + t309 - t468) - t470
+    K_4_23 = t103 * omega_4_x + (t107 * t180 + (t341 - s_5 * t316 - c_5 * t318))
+    K_4_31 = K_5_21 - t445 - J_4_yz * omega_4_z
+    t485 = t359 - p_wrist1_inertia_xy * omega_4_z
+    # link 4 (wrist1): composite body: momentum
+    t487 = t333 - t107 * omega_4_z
+    t489 = s_5_5_f_x + t107 * omega_4_x
+    # link 4 (wrist1): Coriolis terms
+    t490 = t461 - K_4_22
+    s_4_f_x = l_5_z - omega_4_x * h_5u_y
+    t494 = t487 - t186 * h_5u_y
+    t497 = t107 * t186 - omega_4_x * t345
+    t504 = K_4_31 + omega_4_x * t353 - v_4_x * h_5u_y - t186 * (t438 - t453)
+    t509 = t186 * t353 - v_4_y * h_5u_y
+    t511 = t509 + (t485 - omega_4_x * (t438 + t451))
+    s_4_n_z = v_4_x * t345 + (omega_4_x * S_4_23 + (t470 - t490 - t186 * t452))
+    # link 4 (wrist1): Coriolis terms with joint 4
+    s_4_4_f_x = c_4 * s_4_f_x + s_4 * t494
+    t524 = c_4 * t494 - s_4 * s_4_f_x
+    t531 = p_wrist1_dh_d * t524 + (s_4 * t511 - c_4 * t504)
+    t536 = p_elbow_dh_a * t497 + (s_4 * t504 + c_4 * t511) - p_wrist1_dh_d * s_4_4_f_x
+    s_4_4_b_z = s_4_n_z - p_elbow_dh_a * t524
+    t541 = t107 * c_4 + s_4 * t345
+    t544 = t107 * s_4 - c_4 * t345
+    m_4_4_b_x = c_4 * t452 + s_4 * S_4_23 - p_wrist1_dh_d * t544
+    m_4_4_b_y = p_wrist1_dh_d * t541 + (s_4 * t452 - c_4 * S_4_23)
+    k_4_4_x = s_4 * K_4_23 - c_4 * K_4_13
+    K_4u_23 = s_4 * K_4_13 + c_4 * K_4_23
+    # link 3 (elbow): Coriolis terms with joint 4
+    s_3_4_f_y = s_3 * s_4_4_f_x - c_3 * t524
+    s_3_4_n_x = s_3 * t536 + c_3 * t531
+    t571 = s_3 * t531 - c_3 * t536 - p_shoulder_lift_dh_a * t497
+    s_3_4_b_z = s_4_4_b_z + p_shoulder_lift_dh_a * s_3_4_f_y
+    t574 = s_3 * m_4_4_b_y
+    t577 = c_3 * m_4_4_b_y
+    m_3_4_n_y = t577 + s_3 * m_4_4_b_x
+    k_3_4_x = s_3 * K_4u_23 + c_3 * k_4_4_x
+    # link 2 (shoulder_lift): Coriolis terms with joint 4
+    s_2_4_n_y = c_2 * t571 + s_2 * s_3_4_n_x
+    k_2_4_y = s_2 * k_3_4_x - c_2 * (c_3 * K_4u_23 - s_3 * k_4_4_x)
+    # link 4 (wrist1): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t594 = t451 + t453
+    S_4_p = t353 * -2.0
+    t599 = ss_4 * t594 - sc_4 * S_4_p
+    t602 = t461 + K_4_22
+    t608 = p_wrist1_inertia_xy * omega_4_x + (s_5 * t318 + (t338 - t356 - c_5 * t316))
+    K_4_p = t608 - t107 * v_4_x - J_4_yz * t186 - omega_4_z * (t90 + t103)
+    l_4u_x = s_4 * l_5_z - c_4 * t487
+    t626 = s_4 * t487 + c_4 * l_5_z
+    # link 3 (elbow): composite body
+    t632 = t599 + (t120 - t451) + p_elbow_dh_a * t544 * 2.0
+    t636 = ss_4 * S_4_p + (sc_4 * t594 + (p_elbow_inertia_xy + t353))
+    t637 = p_elbow_dh_a * t541 + t636
+    t640 = t126 + m_4_4_b_x - p_elbow_dh_a * h_5u_y
+    t642 = t127 + t453 - t599
+    t645 = t438 - 2.0 * (p_wrist1_dh_d * h_5u_y)
+    h_3_x = J_3_x1 + t544
+    # link 3 (elbow): composite body: flow of its moments
+    t647 = t126 * t169
+    t652 = p_elbow_inertia_xy * omega_3_z + (ss_4 * t602 - sc_4 * K_4_p)
+    t655 = t461 - t647 - p_elbow_dh_a * l_4u_x - J_3_x1 * v_3_x
+    t656 = t655 - t652
+    t666 = p_elbow_inertia_xy * omega_3_x + (k_4_4_x + p_elbow_dh_a * t489 - t120 * t169)
+    t667 = J_3_x1 * t163 + t666
+    K_3_22 = K_4_22 - t652
+    K_3_23 = t127 * omega_3_x + (K_4u_23 - p_elbow_inertia_xy * t169)
+    K_3_31 = p_wrist1_dh_d * l_4u_x + (c_4 * K_4_31 - s_4 * t485)
+    t680 = c_4 * t485 + s_4 * K_4_31 - t126 * omega_3_z - p_wrist1_dh_d * t626
+    # link 3 (elbow): composite body: momentum
+    t683 = t626 - J_3_x1 * omega_3_z
+    # link 3 (elbow): Coriolis terms
+    t686 = t656 - K_3_22
+    s_3_f_x = t683 - omega_3_x * h_5u_y
+    s_3_f_y = l_4u_x + t169 * h_5u_y
+    t696 = t642 - t645
+    t700 = t169 * t696 + (K_3_31 + omega_3_x * t637 - v_3_x * h_5u_y)
+    t703 = t632 - t645
+    t707 = omega_3_x * t703 + (t169 * t637 + (t680 - v_3_y * h_5u_y))
+    t712 = v_3_y * t541 - omega_3_x * m_4_4_b_y
+    s_3_n_z = t712 - (t169 * t640 + (t686 + v_3_x * h_3_x))
+    # link 3 (elbow): Coriolis terms with joint 3
+    s_3_3_f_y = c_3 * s_3_f_y + s_3 * s_3_f_x
+    t724 = p_shoulder_lift_dh_a * (t169 * t541 + omega_3_x * h_3_x)
+    s_3_3_b_z = s_3_n_z + p_shoulder_lift_dh_a * s_3_3_f_y
+    h_3u_y = s_3 * h_3_x - c_3 * t541
+    t736 = t574 - c_3 * t640
+    m_3_3_n_y = t577 + s_3 * t640
+    k_3_3_x = s_3 * K_3_23 + c_3 * t667
+    K_3u_23 = c_3 * K_3_23 - s_3 * t667
+    # link 2 (shoulder_lift): Coriolis terms with joint 3
+    s_2_3_n_y = s_2 * (s_3 * t707 - c_3 * t700) - c_2 * (t724 + (c_3 * t707 + s_3 * t700))
+    k_2_3_y = s_2 * k_3_3_x - c_2 * K_3u_23
+    # link 3 (elbow): composite body, before its turn
+    ss_3 = s_3 * s_3
+    sc_3 = c_3 * s_3
+    t753 = t632 - t642
+    S_3_p = -2.0 * t637
+    S_3_a = sc_3 * S_3_p + ss_3 * t753
+    t760 = t656 + K_3_22
+    t765 = J_3_x1 * v_3_y + (K_4_p - (sc_4 * t602 + ss_4 * K_4_p) * 2.0)
+    K_3_p = omega_3_z * (t120 - t127) + (t126 * omega_3_x + (t765 - p_elbow_dh_a * t626))
+    l_3u_x = c_3 * l_4u_x + s_3 * t683
+    l_3u_y = s_3 * l_4u_x - c_3 * t683
+    # link 2 (shoulder_lift): composite body
+    t787 = ss_3 * S_3_p + (p_shoulder_lift_inertia_xy + t637) - sc_3 * t753
+    t788 = t787 - p_shoulder_lift_dh_a * h_3u_y
+    # link 2 (shoulder_lift): composite body: flow of its moments
+    t793 = t148 * omega_2_y
+    t797 = qd_2 * p_shoulder_lift_inertia_xy + (ss_3 * t760 - sc_3 * K_3_p)
+    t800 = t656 + t793 - p_shoulder_lift_dh_a * l_3u_x - t797
+    t807 = p_shoulder_lift_inertia_xy * omega_2_x + (k_3_3_x + t144 * omega_2_y)
+    t808 = p_shoulder_lift_dh_a * (t489 - J_3_x1 * t169) + t807
+    t810 = p_shoulder_lift_inertia_yz * omega_2_x
+    K_2_22 = t810 + (K_3_22 - t797)
+    K_2_23 = p_shoulder_lift_inertia_xy * omega_2_y + (K_3u_23 + J_2_yy * omega_2_x)
+    # link 2 (shoulder_lift): Coriolis terms
+    t824 = s_3 * t680 - c_3 * K_3_31 - qd_2 * p_shoulder_lift_inertia_yz
+    t826 = omega_2_y * (S_3_a + (J_2_yy + t696)) + (t824 - omega_2_x * t788)
+    t831 = 2.0 * (p_shoulder_lift_dh_a * (s_3 * t541 + c_3 * h_3_x))
+    t836 = c_3 * t680 + s_3 * K_3_31 - qd_2 * t148 - omega_2_y * t788
+    t838 = omega_2_x * (p_shoulder_lift_inertia_yz + m_3_3_n_y)
+    t839 = omega_2_y * (t148 - t736 - p_shoulder_lift_dh_a * h_5u_y)
+    s_2_n_z = t839 + (K_2_22 - t800 - t838)
+    # link 2 (shoulder_lift): Coriolis terms with joint 2
+    t843 = c_2 * (omega_2_x * (t144 + t703 - S_3_a + t831) + t836)
+    s_2_2_n_y = s_2 * t826 - t843
+    k_2_2_y = s_2 * t808 - c_2 * K_2_23
+    # link 2 (shoulder_lift): composite body, before its turn
+    t854 = t148 * omega_2_x + (K_3_p - 2.0 * (sc_3 * t760 + ss_3 * K_3_p))
+    t856 = p_shoulder_lift_dh_a * l_3u_y + t854 - p_shoulder_lift_inertia_yz * omega_2_y
+    K_2_p = qd_2 * (t144 - J_2_yy) + t856
+    # link 1 (shoulder_pan): Coriolis terms
+    t866 = t793 + (t468 + (t460 - t310) - t647 - p_wrist1_dh_d * t489)
+    K_1_t = s_2 * (s_2 * (t800 + K_2_22) - c_2 * K_2_p) + (t866 - t800 - t810)
+    t874 = -(omega_2_x * m_3_3_n_y + (t686 + omega_2_y * t736))
+    t878 = omega_2_y * (t574 - c_3 * m_4_4_b_x) + (t490 + omega_2_x * m_3_4_n_y)
+    t895 = omega_3_x * t393 + (v_3_x * t381 + (t359 + t169 * t388))
+    t904 = omega_2_x * (s_3 * t249 + c_3 * t250) + (omega_2_y * m_3_6_n_x - t242)
+    out[0 * S + k] = K_1_t
+    out[1 * S + k] = s_2_2_n_y
+    out[2 * S + k] = s_2_3_n_y
+    out[3 * S + k] = s_2_4_n_y
+    out[4 * S + k] = s_2_5_n_y
+    out[5 * S + k] = s_2_6_n_y
+    out[6 * S + k] = k_2_2_y
+    out[7 * S + k] = s_2_n_z
+    out[8 * S + k] = s_3_3_b_z
+    out[9 * S + k] = s_3_4_b_z
+    out[10 * S + k] = s_3_5_b_z
+    out[11 * S + k] = s_5_6_n_y
+    out[12 * S + k] = k_2_3_y
+    out[13 * S + k] = t874
+    out[14 * S + k] = s_3_n_z
+    out[15 * S + k] = s_4_4_b_z
+    out[16 * S + k] = s_4_5_b_z
+    out[17 * S + k] = s_5_6_n_y
+    out[18 * S + k] = k_2_4_y
+    out[19 * S + k] = -t878
+    out[20 * S + k] = t712 - t490 - v_3_x * t544 - t169 * m_4_4_b_x
+    out[21 * S + k] = s_4_n_z
+    out[22 * S + k] = s_5_5_b_z
+    out[23 * S + k] = s_5_6_n_y
+    out[24 * S + k] = k_2_5_y
+    out[25 * S + k] = omega_2_x * t420 + (t359 + omega_2_y * m_3_5_n_x)
+    out[26 * S + k] = t895 - v_3_y * t380
+    out[27 * S + k] = t359 + t509 - omega_4_x * t350
+    out[28 * S + k] = s_5_n_z
+    out[29 * S + k] = t228 - t227
+    out[30 * S + k] = k_2_6_y
+    out[31 * S + k] = t904
+    out[32 * S + k] = t169 * t249 + (omega_3_x * t250 - t242)
+    out[33 * S + k] = t186 * t240 - t242
+    out[34 * S + k] = -(t236 + omega_5_x * m_6_6_n_z)
+    out[35 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p(q, qd, p):
+    """C (n, n): C qd are the Coriolis and centripetal efforts, and dM/dt - 2 C is skew. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(36)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    return out.reshape((6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_into(q, qd, p, out):
+    """coriolis_matrix_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if qd.shape[0] != 6:
+        raise ValueError("qd must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 36:
+        raise ValueError("out must have 36 entries")
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_packed(both):
+    """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 102:
+        raise ValueError("coriolis_matrix_p_packed takes 102 numbers: q, qd, p, result")
+    _coriolis_matrix_p(both[0:6], both[6:12], both[12:66], both[66:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                qd_[32 * i + j] = qd[start + j, i]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(count):
+            for i in range(36):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch(q, qd, p):
+    """coriolis_matrix_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel(q, qd, p):
+    """coriolis_matrix_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 36))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_soa(q, qd, p):
+    """coriolis_matrix_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if qd.shape[0] != 6 or qd.shape[1] != q.shape[1]:
+        raise ValueError("qd must have as many columns as q, and 6 rows")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((36, count))
+    q_ = np.zeros(192)
+    qd_ = np.zeros(192)
+    block = np.empty(1152)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = qd[i, start:start + here]
+            for j in range(here):
+                qd_[32 * i + j] = line[j]
+        for j in range(32):
+            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for i in range(36):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out.reshape((6, 6, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort(q, wrench, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (shoulder_pan): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 1 (shoulder_pan): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (shoulder_lift): force on the tool
+    f_2_x = c_2 * f_1_x + w_3 * s_2
+    f_2_y = w_3 * c_2 - s_2 * f_1_x
+    # link 2 (shoulder_lift): moment on the tool
+    n_2_x = c_2 * n_1_x + w_6 * s_2
+    t44 = s_2 * n_1_x - w_6 * c_2
+    # link 3 (elbow): force on the tool
+    f_3_x = c_3 * f_2_x + s_3 * f_2_y
+    f_3_y = c_3 * f_2_y - s_3 * f_2_x
+    # link 3 (elbow): moment on the tool
+    t53 = s_3 * t44 - c_3 * n_2_x
+    t56 = s_3 * n_2_x + c_3 * t44
+    # link 4 (wrist1): force on the tool
+    f_4_x = c_4 * f_3_x + s_4 * f_3_y
+    # link 5 (wrist2): moment on the tool
+    n_5_y = s_5 * (c_4 * t53 + s_4 * t56) - c_5 * n_1_y
+    # link 5 (wrist2): place of the tool, before its turn
+    r_5t_x = s_5 * -0.11655
+    r_5t_y = c_5 * 0.11655
+    # link 4 (wrist1): place of the tool, before its turn
+    r_4t_x = c_4 * r_5t_x + s_4 * 0.11985
+    t78 = c_4 * 0.11985 - s_4 * r_5t_x
+    # link 4 (wrist1): place of the tool in frame 3
+    r_4_x = r_4t_x - 0.57155
+    r_4_z = r_5t_y + 0.17415
+    # link 3 (elbow): place of the tool, before its turn
+    r_3t_x = s_3 * t78 + c_3 * r_4_x
+    t88 = c_3 * t78 - s_3 * r_4_x
+    # link 3 (elbow): place of the tool in frame 2
+    r_3_x = r_3t_x - 0.6127
+    # link 2 (shoulder_lift): place of the tool, before its turn
+    r_2t_x = s_2 * t88 + c_2 * r_3_x
+    r_2t_y = s_2 * r_3_x - c_2 * t88
+    # link 1 (shoulder_pan): place of the tool, before its turn
+    r_1t_x = c_1 * r_2t_x + s_1 * r_4_z
+    t106 = w_1 * (c_1 * r_4_z - s_1 * r_2t_x) + (w_6 + w_2 * r_1t_x)
+    t123 = c_4 * t56 - s_4 * t53 - f_4_x * r_5t_y - f_1_y * r_5t_x
+    out[0 * S + k] = t106
+    out[1 * S + k] = w_3 * r_2t_x - n_1_y - f_1_x * r_2t_y
+    out[2 * S + k] = f_2_y * r_3t_x + (f_2_x * t88 - n_1_y)
+    out[3 * S + k] = f_3_x * t78 + (f_3_y * r_4t_x - n_1_y)
+    out[4 * S + k] = t123
+    out[5 * S + k] = n_5_y
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort(q, wrench):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    out = np.empty(6)
+    _wrench_effort(q, wrench, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_into(q, wrench, out):
+    """wrench_effort, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort(q, wrench, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_packed(both):
+    """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 18:
+        raise ValueError("wrench_effort_packed takes 18 numbers: q, wrench, result")
+    _wrench_effort(both[0:6], both[6:12], both[12:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_rows(q, wrench, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch(q, wrench):
+    """wrench_effort of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_rows(q, wrench, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel(q, wrench):
+    """wrench_effort of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_soa(q, wrench):
+    """wrench_effort of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort(q_, wrench_, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p(q, wrench, p, out, k, S):
+    q_1 = q[0 * S + k]
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    w_1 = wrench[0 * S + k]
+    w_2 = wrench[1 * S + k]
+    w_3 = wrench[2 * S + k]
+    w_4 = wrench[3 * S + k]
+    w_5 = wrench[4 * S + k]
+    w_6 = wrench[5 * S + k]
+    p_shoulder_lift_dh_a = p[2]
+    p_elbow_dh_a = p[3]
+    p_wrist1_dh_d = p[4]
+    p_wrist2_dh_d = p[5]
+    p_wrist3_dh_d = p[6]
+    # link 1 (shoulder_pan): rotation
+    c_1 = _cos(q_1)
+    s_1 = _sin(q_1)
+    # link 2 (shoulder_lift): rotation
+    c_2 = _cos(q_2)
+    s_2 = _sin(q_2)
+    # link 3 (elbow): rotation
+    c_3 = _cos(q_3)
+    s_3 = _sin(q_3)
+    # link 4 (wrist1): rotation
+    c_4 = _cos(q_4)
+    s_4 = _sin(q_4)
+    # link 5 (wrist2): rotation
+    c_5 = _cos(q_5)
+    s_5 = _sin(q_5)
+    # link 1 (shoulder_pan): force on the tool
+    f_1_x = w_1 * c_1 + w_2 * s_1
+    f_1_y = w_2 * c_1 - w_1 * s_1
+    # link 1 (shoulder_pan): moment on the tool
+    n_1_x = w_4 * c_1 + w_5 * s_1
+    n_1_y = w_5 * c_1 - w_4 * s_1
+    # link 2 (shoulder_lift): force on the tool
+    f_2_x = c_2 * f_1_x + w_3 * s_2
+    f_2_y = w_3 * c_2 - s_2 * f_1_x
+    # link 2 (shoulder_lift): moment on the tool
+    n_2_x = c_2 * n_1_x + w_6 * s_2
+    t49 = s_2 * n_1_x - w_6 * c_2
+    # link 3 (elbow): force on the tool
+    f_3_x = c_3 * f_2_x + s_3 * f_2_y
+    f_3_y = c_3 * f_2_y - s_3 * f_2_x
+    # link 3 (elbow): moment on the tool
+    t58 = s_3 * t49 - c_3 * n_2_x
+    t61 = s_3 * n_2_x + c_3 * t49
+    # link 4 (wrist1): force on the tool
+    f_4_x = c_4 * f_3_x + s_4 * f_3_y
+    # link 5 (wrist2): moment on the tool
+    n_5_y = s_5 * (c_4 * t58 + s_4 * t61) - c_5 * n_1_y
+    # link 5 (wrist2): place of the tool, before its turn
+    t73 = p_wrist3_dh_d * s_5
+    r_5t_y = p_wrist3_dh_d * c_5
+    # link 4 (wrist1): place of the tool, before its turn
+    r_4t_x = p_wrist2_dh_d * s_4 - c_4 * t73
+    t80 = s_4 * t73 + p_wrist2_dh_d * c_4
+    # link 4 (wrist1): place of the tool in frame 3
+    r_4_x = p_elbow_dh_a + r_4t_x
+    r_4_z = p_wrist1_dh_d + r_5t_y
+    # link 3 (elbow): place of the tool, before its turn
+    r_3t_x = s_3 * t80 + c_3 * r_4_x
+    t88 = c_3 * t80 - s_3 * r_4_x
+    # link 3 (elbow): place of the tool in frame 2
+    r_3_x = p_shoulder_lift_dh_a + r_3t_x
+    # link 2 (shoulder_lift): place of the tool, before its turn
+    r_2t_x = s_2 * t88 + c_2 * r_3_x
+    r_2t_y = s_2 * r_3_x - c_2 * t88
+    # link 1 (shoulder_pan): place of the tool, before its turn
+    r_1t_x = c_1 * r_2t_x + s_1 * r_4_z
+    t105 = w_1 * (c_1 * r_4_z - s_1 * r_2t_x) + (w_6 + w_2 * r_1t_x)
+    t122 = f_1_y * t73 + (c_4 * t61 - s_4 * t58 - f_4_x * r_5t_y)
+    out[0 * S + k] = t105
+    out[1 * S + k] = w_3 * r_2t_x - n_1_y - f_1_x * r_2t_y
+    out[2 * S + k] = f_2_y * r_3t_x + (f_2_x * t88 - n_1_y)
+    out[3 * S + k] = f_3_x * t80 + (f_3_y * r_4t_x - n_1_y)
+    out[4 * S + k] = t122
+    out[5 * S + k] = n_5_y
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p(q, wrench, p):
+    """Effort (n,) that a wrench on the tool exerts: force (3,) and moment (3,) at its frame's origin, in the axes of the world frame. Take it from inverse dynamics, or add it to tau. Parameters from the vector p."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    out = np.empty(6)
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_into(q, wrench, p, out):
+    """wrench_effort_p, written into an array."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 entries")
+    if wrench.shape[0] != 6:
+        raise ValueError("wrench must have 6 entries")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    if out.size != 6:
+        raise ValueError("out must have 6 entries")
+    _wrench_effort_p(q, wrench, p, out, 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_packed(both):
+    """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 72:
+        raise ValueError("wrench_effort_p_packed takes 72 numbers: q, wrench, p, result")
+    _wrench_effort_p(both[0:6], both[6:12], both[12:66], both[66:], 0, 1)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _wrench_effort_p_rows(q, wrench, p, out, first, last):
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(first, last, 32):
+        count = min(32, last - start)
+        for j in range(count):
+            for i in range(6):
+                q_[32 * i + j] = q[start + j, i]
+            for i in range(6):
+                wrench_[32 * i + j] = wrench[start + j, i]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(count):
+            for i in range(6):
+                out[start + j, i] = block[32 * i + j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch(q, wrench, p):
+    """wrench_effort_p of every row."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel(q, wrench, p):
+    """wrench_effort_p of every row, on all cores."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    out = np.empty((count, 6))
+    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
+    return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_soa(q, wrench, p):
+    """wrench_effort_p of every column: structure of arrays."""
+    if q.shape[0] != 6:
+        raise ValueError("q must have 6 rows, a column per state")
+    if wrench.shape[0] != 6 or wrench.shape[1] != q.shape[1]:
+        raise ValueError("wrench must have as many columns as q, and 6 rows")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[1]
+    out = np.empty((6, count))
+    q_ = np.zeros(192)
+    wrench_ = np.zeros(192)
+    block = np.empty(192)
+    for start in range(0, count, 32):
+        here = min(32, count - start)
+        for i in range(6):
+            line = q[i, start:start + here]
+            for j in range(here):
+                q_[32 * i + j] = line[j]
+        for i in range(6):
+            line = wrench[i, start:start + here]
+            for j in range(here):
+                wrench_[32 * i + j] = line[j]
+        for j in range(32):
+            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for i in range(6):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = block[32 * i + j]
+    return out
