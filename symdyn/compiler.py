@@ -13,6 +13,7 @@ from pathlib import Path
 from symdyn import __version__
 from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
+from symdyn.base.memory import collector_paused
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.emit import latex
 from symdyn.emit.forms import Form, forms
@@ -91,8 +92,9 @@ def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
 
     ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events.
     """
-    equations = equations_of_motion(robot)
-    return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
+    with collector_paused():
+        equations = equations_of_motion(robot)
+        return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
 def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:
@@ -124,7 +126,7 @@ def _manifest(compiled: Compiled, targets: Sequence[Target], files: Mapping[str,
         "robot": compiled.robot.name,
         "symdyn": __version__,
         "model_sha256": _sha256(compiled.robot.text),
-        "templates_sha256": digest(*templates, "latex/equations.tex.j2"),
+        "templates_sha256": digest(*templates, *latex.TEMPLATES),
         "files_sha256": {name: _sha256(text) for name, text in files.items()},
         "cost_columns": ["pass_name", "round", *(field.name for field in fields(Cost))],
         "costs": {form.name: [_cells(row) for row in form.costs] for form in compiled.forms},

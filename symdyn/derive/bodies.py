@@ -31,6 +31,7 @@ class Body:
         """J_i of seed eq. 6, 4 x 4: the integral of p p^T dm over homogeneous points p."""
         xx, yy, zz = (self.inertia[i, i] for i in range(3))
         second = -self.inertia + sp.diag(*[(xx + yy + zz) / 2] * 3)
+        second = second.applyfunc(sp.expand)  # half of what Steiner's rule added falls out again
         top = second.row_join(self.first_moment)
         return top.col_join(self.first_moment.T.row_join(sp.Matrix([[self.mass]])))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import sympy as sp
 
@@ -51,6 +52,16 @@ def readable(expression: sp.Expr) -> sp.Expr:
     sums = sp.expand(sp.fu(folded)) if folded.count_ops() < 200 else folded
     candidates = [expanded, folded, sums, sp.factor_terms(folded), sp.factor_terms(sums)]
     return min(candidates, key=lambda e: (e.count_ops(), sp.default_sort_key(e)))
+
+
+def textbook_coefficients(robot: Robot) -> LagrangeCoefficients:
+    """B, C, D simplified. Robots with the same rigid arm share them: a diagnosis prints many of one arm."""
+    return _simplified(replace(robot, effects=(), parameters=(), channels=None, text="", where=None))
+
+
+@lru_cache(maxsize=4)
+def _simplified(robot: Robot) -> LagrangeCoefficients:
+    return lagrange_coefficients(robot).simplified()
 
 
 def lagrange_coefficients(robot: Robot) -> LagrangeCoefficients:

@@ -2,56 +2,30 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence, Set
-from dataclasses import dataclass
+from collections.abc import Set
 
 import sympy as sp
 
 from symdyn.base import symbols
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.derive.lagrange import LagrangeCoefficients, lagrange_coefficients, readable
+from symdyn.derive.lagrange import LagrangeCoefficients, readable, textbook_coefficients
 from symdyn.emit.latex_names import Printer
+from symdyn.emit.latex_recursion import recursion
+from symdyn.emit.latex_text import Equation, escape, listed, ordered, signed
 from symdyn.emit.templates import render
 
-LINE_WIDTH = 64  # estimated characters of a typeset line; A4 holds about 75
+TEMPLATES = ("latex/equations.tex.j2", "latex/coefficients.tex.j2", "latex/recursion.tex.j2")
 READABLE_JOINTS = 3  # beyond this, Lagrange in closed form is no longer for people
-
-
-@dataclass(frozen=True, slots=True)
-class Equation:
-    """One displayed equation, ``left = right``, as lists of signed LaTeX terms."""
-
-    title: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-
-    def latex(self, environment: str = "align*") -> str:
-        return f"\\begin{{{environment}}}\n{self.lines()}\n\\end{{{environment}}}"
-
-    def lines(self) -> str:
-        """Lines for amsmath's align or aligned, broken before a sign."""
-        head = _rows(self.left)
-        if len(head) == 1 and _width(head[0]) <= LINE_WIDTH // 2:
-            first, *rest = _rows(self.right, LINE_WIDTH - _width(head[0])) or ["0"]
-            lines = [f"  {head[0]} &= {first}", *(f"  &\\quad {row}" for row in rest)]
-        else:
-            first, *rest = _rows(self.right) or ["0"]
-            lines = [f"  & {head[0]}", *(f"  & \\quad {row}" for row in head[1:]), f"  & = {first}"]
-            lines += [f"  & \\quad {row}" for row in rest]
-        return " \\\\\n".join(lines)
 
 
 def equations_of_motion(equations: EquationsOfMotion) -> tuple[Equation, ...]:
     """One equation per coordinate, then one per hidden state.
 
-    Up to three joints the arm stands in Lagrange's textbook form; larger arms refer to their
-    intermediates, which the kernel names.
+    Up to three joints the arm stands in Lagrange's textbook form; of larger arms the
+    document shows the recursion.
     """
     printer = Printer(equations)
-    found = [
-        Equation(place, _signed(printer, left), _signed(printer, right)) for place, left, right in sides(equations)
-    ]
+    found = [Equation(place, signed(printer, left), signed(printer, right)) for place, left, right in sides(equations)]
     count = len(equations.states)
     for i, state in enumerate(equations.states, start=len(found) - count):
         left = (rf"{printer(state.storage)} \, \dot{{{printer(state.symbol)}}}",)
@@ -84,7 +58,7 @@ def terms_with(equations: EquationsOfMotion, parameters: Set[str]) -> frozenset[
         for _, left, right in sides(equations)
         for term in (*left, *right)
         if term.free_symbols & marked
-        for text in _signed(printer, [term])
+        for text in signed(printer, [term])
     )
 
 
@@ -115,7 +89,6 @@ def document(equations: EquationsOfMotion) -> str:
     """A complete LaTeX document: coordinates, parameters, equations, coefficients of the arm."""
     robot = equations.robot
     displayed = "\n\n".join(f"\\paragraph{{{escape(e.title)}}}\n{e.latex()}" for e in equations_of_motion(equations))
-    of_arm = _listed(coefficients(equations)) or "None: see the kernel for its intermediates."
     rows = [
         f"${p.latex}$ & {'free' if p.value is None else _number(p.value)} & {escape(p.unit)} & {escape(p.meaning)} \\\\"
         for p in robot.parameters
@@ -131,24 +104,20 @@ def document(equations: EquationsOfMotion) -> str:
             "coordinates": "\n".join(axes),
             "parameters": "\n".join(rows) or "& & & \\\\",
             "equations": displayed,
-            "coefficients": of_arm,
+            "arm": _arm(equations),
         },
     )
 
 
-ESCAPES = {
-    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "_": r"\_", "^": r"\^{}", "&": r"\&",
-    "%": r"\%", "$": r"\$", "#": r"\#", "~": r"\~{}",
-}  # fmt: skip
-
-
-def escape(text: str) -> str:
-    """Text of a user made harmless in LaTeX."""
-    return "".join(ESCAPES.get(c, c if c.isascii() else "?") for c in text)
+def _arm(equations: EquationsOfMotion) -> str:
+    """The rigid arm: coefficients of Lagrange's equations where people can read them, else the recursion."""
+    if len(equations.robot.joints) > READABLE_JOINTS:
+        return render("latex/recursion.tex.j2", {"recursion": recursion(equations)})
+    return render("latex/coefficients.tex.j2", {"coefficients": listed(coefficients(equations)) or "All are zero."})
 
 
 def _lagrange(equations: EquationsOfMotion) -> LagrangeCoefficients:
-    return lagrange_coefficients(equations.robot).simplified()
+    return textbook_coefficients(equations.robot)
 
 
 def _arm_terms(equations: EquationsOfMotion) -> list[list[sp.Expr]]:
@@ -177,70 +146,7 @@ def _inertial_terms(equations: EquationsOfMotion, k: int) -> list[sp.Expr]:
 
 
 def _coefficient(printer: Printer, name: str, value: sp.Expr) -> Equation:
-    return Equation(name, (name,), _signed(printer, _ordered(value)))
-
-
-def _ordered(value: sp.Expr) -> Sequence[sp.Expr]:
-    return value.as_ordered_terms() if value.is_Add else (value,)
-
-
-def _signed(printer: Printer, terms: Iterable[sp.Expr]) -> tuple[str, ...]:
-    """LaTeX terms with explicit signs: '+ a', '- b'."""
-    found = []
-    for term in terms:
-        if term == 0:
-            continue
-        text = printer(term)
-        found.append(text if text.lstrip().startswith("-") else f"+ {text}")
-    return tuple(found)
-
-
-def _listed(equations: Sequence[Equation]) -> str:
-    """Several equations in one display."""
-    if not equations:
-        return ""
-    return "\\begin{align*}\n" + " \\\\\n".join(e.lines() for e in equations) + "\n\\end{align*}"
-
-
-def _rows(terms: Sequence[str], width: int = LINE_WIDTH) -> list[str]:
-    rows: list[str] = []
-    for term in terms:
-        for piece in _pieces(term):
-            if rows and _width(rows[-1]) + _width(piece) <= width:
-                rows[-1] += f" {piece}"
-            else:
-                rows.append(piece)
-    if rows:
-        rows[0] = rows[0].removeprefix("+ ")
-    return rows
-
-
-def _pieces(term: str) -> list[str]:
-    r"""A term that is wider than a line is broken inside its brackets: \left( ... \right) cannot be."""
-    if _width(term) <= LINE_WIDTH:
-        return [term]
-    flat = term.replace(r"\left(", r"\bigl(").replace(r"\right)", r"\bigr)")
-    pieces, depth, start, position = [], 0, 0, 0
-    while position < len(flat):
-        character = flat[position]
-        depth += (character == "{") - (character == "}")
-        if depth == 0 and flat.startswith((" + ", " - "), position) and _width(flat[start:position]) > LINE_WIDTH // 2:
-            pieces.append(flat[start:position].strip())
-            start = position + 1
-        position += 1
-    return [*pieces, flat[start:].strip()]
-
-
-def _width(text: str) -> int:
-    """Characters that remain when LaTeX's commands are taken away; fractions count their wider half."""
-    text = re.sub(r"\\frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", _wider, text)
-    text = re.sub(r"\\(left|right|bigl|bigr|,|;|quad|dot|ddot|operatorname|mathrm|text|displaystyle)", "", text)
-    text = re.sub(r"\\[a-zA-Z]+", "sin", text)
-    return len(re.sub(r"[{}_^ ]", "", text))
-
-
-def _wider(match: re.Match[str]) -> str:
-    return max(match.group(1), match.group(2), key=len)
+    return Equation(name, (name,), signed(printer, ordered(value)))
 
 
 def _number(value: float) -> str:

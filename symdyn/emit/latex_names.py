@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from symdyn.base import symbols
@@ -28,8 +30,8 @@ def latex_names(equations: EquationsOfMotion) -> dict[sp.Symbol, str]:
 class Printer:
     """LaTeX of expressions in the names of one set of equations."""
 
-    def __init__(self, equations: EquationsOfMotion) -> None:
-        self._names = latex_names(equations)
+    def __init__(self, equations: EquationsOfMotion, more: Mapping[sp.Symbol, str] | None = None) -> None:
+        self._names = latex_names(equations) | dict(more or {})
 
     def __call__(self, expression: sp.Expr) -> str:
         return str(

@@ -10,7 +10,7 @@ from latex2mathml.converter import convert
 from markupsafe import Markup
 
 from symdyn.base.wording import word_set
-from symdyn.emit.latex import Equation
+from symdyn.emit.latex_text import Equation
 
 NAMESPACE = "{http://www.w3.org/1998/Math/MathML}"
 ELEMENTS = frozenset(

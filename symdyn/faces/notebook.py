@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.emit.latex import Equation, equations_of_motion, escape
+from symdyn.emit.latex import equations_of_motion
+from symdyn.emit.latex_text import Equation, escape
 from symdyn.faces.mathml import equation_markup
 
 

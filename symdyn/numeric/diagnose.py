@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
 from symdyn.base.errors import NumericalError
 from symdyn.compiler import compile_robot
 from symdyn.numeric.band import analysis_band, band_of
@@ -43,6 +45,13 @@ def diagnose(
     Raises InputError when the recordings do not measure what the model's equations need, and
     NumericalError when the model as given cannot be fitted.
     """
+    with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
+        return _diagnose(robot, training, heldout, band, progress)
+
+
+def _diagnose(
+    robot: Robot, training: Recording, heldout: Recording, band: float | None, progress: Progress
+) -> Diagnosis:
     case, proposed = prepare(robot, training, heldout, band, progress)
     given = current = case.explain()
     findings: list[Finding] = []

@@ -97,11 +97,11 @@ class Builder:
                     live[argument] = True
         number = [0] * len(self._ops)
         nodes: list[Node] = []
-        for line, is_live in enumerate(live):
+        rows = zip(live, self._ops, self._args, self._values, self._names, self._origins, strict=True)
+        for line, (is_live, op, args, value, label, origin) in enumerate(rows):
             if is_live:
                 number[line] = len(nodes)
-                args = tuple(number[argument] for argument in self._args[line])
-                nodes.append(Node(self._ops[line], args, self._values[line], self._names[line], self._origins[line]))
+                nodes.append(Node(op, tuple([number[argument] for argument in args]), value, label, origin))
         return Program(name, arguments, tuple(nodes), tuple(number[line] for line in wanted), shape)
 
     def _append(self, op: Op, args: tuple[int, ...], value: float | None, name: str | None, origin: str) -> int:

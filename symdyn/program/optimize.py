@@ -20,8 +20,17 @@ DEFAULT: tuple[Pass, ...] = (
     passes.divide_to_reciprocal,
     passes.drop_dead,
 )
+# Jacobians of this many lines come from a program whose factors and angles were found already: there
+# the other passes, and a second round, earned less than 0.1 %.
+_LARGE = 2000
+FOR_LARGE: tuple[Pass, ...] = (
+    passes.fold_constants,
+    passes.collect_terms,
+    passes.share_subexpressions,
+    passes.divide_to_reciprocal,
+    passes.drop_dead,
+)
 _ROUNDS = 8
-_LARGE = 2000  # lines from which on one round is all: on Jacobians of that size, a second one earned below 0.1 %
 _WORTHWHILE = 0.005  # another round follows one that lowered the weight by this share or more
 
 
@@ -42,21 +51,25 @@ class Optimized:
     costs: tuple[CostRow, ...]
 
 
-def optimize(program: Program, passes: Sequence[Pass] = DEFAULT) -> Optimized:
-    """Run the passes in order, and again while a whole round lowers the weight by half a percent
-    (large programs get one round).
+def optimize(program: Program, passes: Sequence[Pass] | None = None) -> Optimized:
+    """Run the passes in order, and again while a whole round lowers the weight by half a percent.
+
+    ``passes``: DEFAULT, or where the program is large FOR_LARGE, and once.
 
     The cost table has a row for the input, for every pass of the first round, and for the passes of
     later rounds that changed a count. The weight never rises from one row to the next.
     """
     rows = [CostRow("input", 0, count(program))]
-    for turn in range(1, _ROUNDS + 1):
+    large = len(program.nodes) > _LARGE
+    if passes is None:
+        passes = FOR_LARGE if large else DEFAULT
+    for turn in range(1, 2 if large else _ROUNDS + 1):
         before = weight(program)
         for step in passes:
             program = step(program)
             row = CostRow(step.__name__, turn, count(program))
             if turn == 1 or row.cost != rows[-1].cost:
                 rows.append(row)
-        if weight(program) > before * (1.0 - _WORTHWHILE) or len(program.nodes) > _LARGE:
+        if weight(program) > before * (1.0 - _WORTHWHILE):
             break
     return Optimized(program, tuple(rows))

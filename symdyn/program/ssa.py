@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from symdyn.program.errors import ProgramError
 
@@ -46,8 +47,7 @@ def arity(op: Op) -> int:
     return 0 if op in NULLARY else 2 if op in BINARY else 1
 
 
-@dataclass(frozen=True, slots=True)
-class Node:
+class Node(NamedTuple):
     """One line of a program: an operation on earlier lines."""
 
     op: Op

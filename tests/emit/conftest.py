@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Mapping
 from functools import cache
+from pathlib import Path
 
 import numba
 import pytest
 
 from symdyn.compiler import Compiled, compile_robot, load_robot
 from symdyn.emit.kernel import Kernel, load
+from tests.emit.c_library import Build, Library, compilers
 
 Interpret = Callable[[Compiled], Kernel]
 
@@ -37,3 +40,20 @@ def interpret(tmp_path_factory: pytest.TempPathFactory) -> Interpret:
 @pytest.fixture(scope="session")
 def interpreted(compiled: Callable[[str], Compiled], interpret: Interpret) -> Callable[[str], Kernel]:
     return cache(lambda name: interpret(compiled(name)))
+
+
+@pytest.fixture(params=compilers() or [pytest.param("cc", marks=pytest.mark.skip(reason="no C compiler is here"))])
+def compiler(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def build(compiler: str, tmp_path: Path) -> Build:
+    numbers = itertools.count()
+
+    def library(files: Mapping[str, str]) -> Library:
+        folder = tmp_path / str(next(numbers))  # a library is loaded once by its path
+        folder.mkdir()
+        return Library(folder, files, compiler)
+
+    return library

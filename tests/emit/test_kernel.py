@@ -16,10 +16,9 @@ from symdyn.emit.kernel import Kernel
 from symdyn.program.evaluate import evaluate
 from symdyn.program.functions import Function, functions
 from symdyn.program.ssa import Program
-from symdyn.spec.machines import machine_names
 from symdyn.spec.records import Robot
+from tests.emit.machines import MACHINES
 
-MACHINES = machine_names()
 FORMS = ("{}", "{}_p", "{}_batch", "{}_p_batch")
 ROWS = 3
 Machine = Callable[[str], Compiled]

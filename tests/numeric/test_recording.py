@@ -310,7 +310,9 @@ def test_velocity_that_is_no_derivative_is_refused(
 
 
 @given(scale=st.floats(1e-3, 1e3), sign=st.sampled_from([1, -1]), already=st.floats(0.1, 10.0))
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 def test_the_advice_on_a_velocity_cures_it(tmp_path: Path, scale: float, sign: int, already: float) -> None:
     content = scaled(v=sign / scale)
     path = tmp_path / "run.csv"
@@ -367,7 +369,9 @@ def test_a_long_recording_is_read_fast(tmp_path: Path) -> None:
 
 
 @given(st.binary(max_size=400))
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 def test_only_input_errors_escape(tmp_path: Path, junk: bytes) -> None:
     for name, content in (("a.csv", junk), ("b.csv", b"t,q,u\n0,1,2\n" + junk), ("c.csv.gz", junk)):
         with pytest.raises(InputError):
