@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from itertools import groupby
 
-import sympy as sp
-
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.steps import Step
 from symdyn.emit.latex_names import Printer
@@ -27,7 +25,7 @@ def recursion(equations: EquationsOfMotion) -> str:
             shown = [_equation(printer, step) for step in lines]
             parts.append(f"{escape(law)}:\n{listed(shown)}")
     efforts = [
-        Equation("", (rf"\tau^{{\mathrm{{arm}}}}_{{{k}}}",), signed(printer, ordered(sp.sympify(effort))))
+        Equation("", (rf"\tau^{{\mathrm{{arm}}}}_{{{k}}}",), signed(printer, ordered(effort)))
         for k, effort in enumerate(equations.arm, start=1)
         if effort != 0
     ]
@@ -47,7 +45,7 @@ def step_name(name: str) -> str:
 
 def _needed(equations: EquationsOfMotion) -> list[Step]:
     """The steps that an effort depends on."""
-    wanted = set().union(*(sp.sympify(effort).free_symbols for effort in equations.arm))
+    wanted = set().union(*(effort.free_symbols for effort in equations.arm))
     kept: list[Step] = []
     for step in reversed(equations.steps):
         if step.symbol in wanted:

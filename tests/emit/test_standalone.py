@@ -82,7 +82,6 @@ def test_imports_math_numpy_and_njit_alone(machine: str) -> None:
             found += [(f"{node.module}.{alias.name}", alias.asname) for alias in node.names]
     assert sorted(found, key=str) == [
         ("math", None),
-        ("numba.get_num_threads", None),
         ("numba.njit", None),
         ("numba.prange", None),
         ("numpy", "np"),
