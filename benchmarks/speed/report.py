@@ -83,7 +83,7 @@ def _asked(results: Results) -> str:
         "## Reached, and asked for",
         "",
         "Times faster, one thread. CasADi's C has common subexpressions shared (its option `cse`), and of\n"
-        "several ways to a value (Pinocchio's derivatives or CasADi's, world or joint frames) that of fewest operations.",
+        "several ways to a value (Pinocchio's derivatives or CasADi's, world or joint frames) the cheapest.",
         "",
         *_header("", results),
     ]
