@@ -1,4 +1,4 @@
-"""What one arm costs before it runs: operations, seconds to derive and emit, to compile, to load from the cache."""
+"""What one arm costs before it runs: operations; seconds of processor to derive and emit, to compile, to load."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FIRST_USE = Path(__file__).with_name("first_use.py")
 
 @dataclass(frozen=True)
 class Costs:
-    """Of one arm. Seconds of a kernel are those of seven functions: four of one state, three batches."""
+    """Of one arm. Seconds (of processor) of a kernel are those of seven functions: four of one state, three batches."""
 
     operations: dict[str, Cost]
     derive: float
@@ -35,10 +35,10 @@ class Costs:
 
 
 def costs(arm: Arm) -> tuple[Compiled, Costs]:
-    start = time.perf_counter()
+    start = time.process_time()
     compiled = compile_robot(arm.robot)
     source = compiled.source
-    derive = time.perf_counter() - start
+    derive = time.process_time() - start
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "kernel.py"
         path.write_text(source, encoding="utf-8")

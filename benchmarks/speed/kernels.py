@@ -101,6 +101,8 @@ class Bench:
 
     def _batches(self, name: str, arguments: tuple[Array, ...], form: str, count: int) -> Iterator[Contestant]:
         yield Contestant(name, form, "symdyn, rows", _call(getattr(self.kernel, f"{name}_batch"), *arguments), count)
+        into, out = getattr(self.kernel, f"{name}_batch_into"), self._empty(name, count)
+        yield Contestant(name, form, "symdyn, rows, in place", _call(into, *arguments, out), count)
         parallel = getattr(self.kernel, f"{name}_batch_parallel")
         yield Contestant(name, form, "symdyn, rows, all cores", _call(parallel, *arguments), count, threads=True)
         columns = tuple(np.ascontiguousarray(a.T) for a in arguments)
@@ -112,7 +114,7 @@ class Bench:
     def _empty(self, name: str, count: int) -> Array:
         n = self.arm.joints
         shape = {"mass_matrix": (n, n), "forward_dynamics_state_jacobian": (n, 2 * n)}.get(name, (n,))
-        return np.zeros((count, *shape))
+        return np.full((count, *shape), np.nan)
 
     def _wheel(self, name: str) -> tuple[Callable[..., Any], Any, Any]:
         model = self.arm.pin_model(self.pin)

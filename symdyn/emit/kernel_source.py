@@ -62,6 +62,8 @@ def _function(program: Program, name: str, doc: str) -> str:
             "column_checks": "\n".join(_batch_check(a, states[0], 1) for a in arguments),
             "scratch": "\n".join(f"    {a.name}_ = np.zeros({BLOCK * len(a.symbols)})" for a in states),
             "block_size": str(BLOCK * size),
+            "shape_rows": ", ".join(map(str, shape)),
+            "rows_flat": "" if flat else f".reshape((count, {size}))",
             "packed_size": str(offsets[-1] + size),
             "packed_inputs": str(offsets[-1]),
             "packed_names": ", ".join(a.name for a in arguments),

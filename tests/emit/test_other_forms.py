@@ -38,6 +38,9 @@ def test_batches(name: str, count: int, compiled: Callable[[str], Compiled], int
     wanted = one_by_one(kernel, name, arguments)
     columns = tuple(np.ascontiguousarray(a.T) for a in arguments)
     np.testing.assert_array_equal(getattr(kernel, f"{name}_batch")(*arguments), wanted)
+    out = np.full(wanted.shape, np.nan)
+    getattr(kernel, f"{name}_batch_into")(*arguments, out)
+    np.testing.assert_array_equal(out, wanted)
     np.testing.assert_array_equal(getattr(kernel, f"{name}_batch_parallel")(*arguments), wanted)
     np.testing.assert_array_equal(np.moveaxis(getattr(kernel, f"{name}_soa")(*columns), -1, 0), wanted)
 
@@ -62,6 +65,14 @@ def test_packed_refuses_another_size(interpreted: Interpreted) -> None:
         interpreted(MACHINE).inverse_dynamics_packed(np.zeros(7))
 
 
+def test_batches_refuse_another_shape(interpreted: Interpreted) -> None:
+    q = np.zeros((3, 2))
+    with pytest.raises(ValueError, match=r"out must have the shape \(states, 2, 2\)"):
+        interpreted(MACHINE).mass_matrix_batch_into(q, np.zeros((3, 4)))
+    with pytest.raises(ValueError, match=r"out must have the shape \(states, 2\)"):
+        interpreted(MACHINE).inverse_dynamics_batch_into(q, q, q, np.zeros((2, 2)))
+
+
 def test_compiled_ones(compiled: Callable[[str], Compiled], interpreted: Interpreted) -> None:
     kernel, name = compiled(MACHINE).kernel(), "inverse_dynamics"
     arguments = arguments_of(compiled(MACHINE), name, 33)
@@ -71,4 +82,10 @@ def test_compiled_ones(compiled: Callable[[str], Compiled], interpreted: Interpr
     kernel.inverse_dynamics_packed(both)
     np.testing.assert_allclose(both[-2:], wanted[0], rtol=1e-12)
     np.testing.assert_allclose(kernel.inverse_dynamics_soa(*columns).T, wanted, rtol=1e-11, atol=1e-12)
+    rows = np.full_like(wanted, np.nan)
+    kernel.inverse_dynamics_batch_into(*arguments, rows)
+    np.testing.assert_allclose(rows, wanted, rtol=1e-11, atol=1e-12)
+    masses = np.full((33, 2, 2), np.nan)
+    kernel.mass_matrix_batch_into(arguments[0], masses)
+    assert np.isfinite(masses).all()
     np.testing.assert_allclose(kernel.inverse_dynamics_batch_parallel(*arguments), wanted, rtol=1e-11, atol=1e-12)
