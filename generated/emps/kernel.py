@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -104,7 +105,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 1:
@@ -161,6 +162,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 1))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -243,7 +259,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 1:
@@ -304,6 +320,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 1))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -385,7 +418,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 1:
@@ -442,6 +475,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 1))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -522,7 +570,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 1:
@@ -583,6 +631,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 1))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -659,7 +724,7 @@ def mass_matrix(q):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 1:
@@ -702,6 +767,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 1))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _mass_matrix_rows(q, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -759,7 +835,7 @@ def mass_matrix_p(q, p):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 1:
@@ -806,6 +882,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 1))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -864,7 +953,7 @@ def mass_matrix_inverse(q):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 1:
@@ -907,6 +996,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 1))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -964,7 +1064,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 1:
@@ -1011,6 +1111,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 1))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1071,7 +1184,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 1:
@@ -1121,6 +1234,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 1))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1188,7 +1314,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 1:
@@ -1242,6 +1368,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 1))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1309,7 +1450,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 1:
@@ -1352,6 +1493,17 @@ def gravity_batch(q):
     out = np.empty((count, 1))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1408,7 +1560,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 1:
@@ -1455,6 +1607,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 1))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1517,7 +1682,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 1:
@@ -1567,6 +1732,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1637,7 +1815,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 1:
@@ -1691,6 +1869,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1761,7 +1954,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 2:
@@ -1811,6 +2004,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 1))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1880,7 +2086,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 2:
@@ -1934,6 +2140,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 1))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2006,7 +2227,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 2:
@@ -2056,6 +2277,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 2))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2128,7 +2362,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 2:
@@ -2182,6 +2416,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 2))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2254,7 +2503,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((1, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 1:
@@ -2311,6 +2560,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 2))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 1, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1, 2):
+        raise ValueError("out must have the shape (states, 1, 2)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2390,7 +2654,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((1, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 1:
@@ -2451,6 +2715,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 2))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 1, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1, 2):
+        raise ValueError("out must have the shape (states, 1, 2)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2532,7 +2813,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((1, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 1:
@@ -2589,6 +2870,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 2))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 1, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1, 2):
+        raise ValueError("out must have the shape (states, 1, 2)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2668,7 +2964,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((1, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 1:
@@ -2729,6 +3025,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 2))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 1, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1, 2):
+        raise ValueError("out must have the shape (states, 1, 2)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2810,7 +3123,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 2:
@@ -2860,6 +3173,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 4))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2930,7 +3256,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 2:
@@ -2984,6 +3310,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 4))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3054,7 +3395,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((2, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 2:
@@ -3104,6 +3445,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 2))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 2, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2, 1):
+        raise ValueError("out must have the shape (states, 2, 1)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3174,7 +3528,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((2, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 2:
@@ -3228,6 +3582,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 2))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 2, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2, 1):
+        raise ValueError("out must have the shape (states, 2, 1)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3301,7 +3670,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((1, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 1:
@@ -3358,6 +3727,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 2))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 1, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1, 2):
+        raise ValueError("out must have the shape (states, 1, 2)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3438,7 +3822,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((1, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 1:
@@ -3499,6 +3883,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 2))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 1, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1, 2):
+        raise ValueError("out must have the shape (states, 1, 2)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 2)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3581,7 +3982,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 2:
@@ -3631,6 +4032,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 4))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3707,7 +4121,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 2:
@@ -3761,6 +4175,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 4))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 2:
+        raise ValueError("x must have 2 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3844,7 +4273,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 1:
@@ -3887,6 +4316,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3959,7 +4399,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 1:
@@ -4006,6 +4446,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4069,7 +4522,7 @@ def jacobian(q):
     return out.reshape((6, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 1:
@@ -4112,6 +4565,17 @@ def jacobian_batch(q):
     out = np.empty((count, 6))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 1):
+        raise ValueError("out must have the shape (states, 6, 1)")
+    _jacobian_rows(q, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4173,7 +4637,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 1:
@@ -4220,6 +4684,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 6))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 1):
+        raise ValueError("out must have the shape (states, 6, 1)")
+    _jacobian_p_rows(q, p, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4285,7 +4762,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 1:
@@ -4335,6 +4812,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 6))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 1):
+        raise ValueError("out must have the shape (states, 6, 1)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4407,7 +4897,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 1:
@@ -4461,6 +4951,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 6))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 1):
+        raise ValueError("out must have the shape (states, 6, 1)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4531,7 +5036,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 1:
@@ -4574,6 +5079,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4633,7 +5149,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 1:
@@ -4680,6 +5196,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4740,7 +5269,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 1:
@@ -4790,6 +5319,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 1))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4857,7 +5399,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 1:
@@ -4911,6 +5453,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 1))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 1 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4981,7 +5538,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 1:
@@ -5031,6 +5588,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 1))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5099,7 +5669,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 1:
@@ -5153,6 +5723,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 1))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 1:
+        raise ValueError("q must have 1 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 2:
+        raise ValueError("p must have 2 entries")
+    count = q.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

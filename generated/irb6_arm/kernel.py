@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -118,7 +119,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 2:
@@ -175,6 +176,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 2))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -276,7 +292,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 2:
@@ -337,6 +353,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 2))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -434,7 +467,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 2:
@@ -491,6 +524,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 2))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -593,7 +641,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 2:
@@ -654,6 +702,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 2))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -738,7 +803,7 @@ def mass_matrix(q):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 2:
@@ -781,6 +846,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 4))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_rows(q, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -849,7 +925,7 @@ def mass_matrix_p(q, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 2:
@@ -896,6 +972,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 4))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -962,7 +1051,7 @@ def mass_matrix_inverse(q):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 2:
@@ -1005,6 +1094,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 4))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1073,7 +1173,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 2:
@@ -1120,6 +1220,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 4))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1193,7 +1306,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 2:
@@ -1243,6 +1356,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 2))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1327,7 +1453,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 2:
@@ -1381,6 +1507,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1454,7 +1595,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 2:
@@ -1497,6 +1638,17 @@ def gravity_batch(q):
     out = np.empty((count, 2))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1562,7 +1714,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 2:
@@ -1609,6 +1761,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 2))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1678,7 +1843,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 2:
@@ -1728,6 +1893,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1812,7 +1990,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 2:
@@ -1866,6 +2044,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1938,7 +2131,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 4:
@@ -1988,6 +2181,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 2))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2058,7 +2264,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 4:
@@ -2112,6 +2318,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 2))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2199,7 +2420,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 4:
@@ -2249,6 +2470,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 4))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2342,7 +2576,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 4:
@@ -2396,6 +2630,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 4))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2494,7 +2743,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -2551,6 +2800,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 8))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2662,7 +2926,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -2723,6 +2987,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 8))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2835,7 +3116,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -2892,6 +3173,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 8))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3011,7 +3307,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -3072,6 +3368,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 8))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3190,7 +3503,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -3240,6 +3553,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 16))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3356,7 +3682,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -3410,6 +3736,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 16))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3491,7 +3832,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((4, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -3541,6 +3882,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 8))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3624,7 +3978,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((4, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -3678,6 +4032,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 8))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3773,7 +4142,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((2, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -3830,6 +4199,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 6))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 2, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 3):
+        raise ValueError("out must have the shape (states, 2, 3)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3941,7 +4325,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((2, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -4002,6 +4386,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 6))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 2, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 3):
+        raise ValueError("out must have the shape (states, 2, 3)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4118,7 +4519,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((4, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -4168,6 +4569,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 12))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 3):
+        raise ValueError("out must have the shape (states, 4, 3)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4287,7 +4701,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((4, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -4341,6 +4755,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 12))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 3):
+        raise ValueError("out must have the shape (states, 4, 3)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4436,7 +4865,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 2:
@@ -4479,6 +4908,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4568,7 +5008,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 2:
@@ -4615,6 +5055,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4699,7 +5152,7 @@ def jacobian(q):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -4742,6 +5195,17 @@ def jacobian_batch(q):
     out = np.empty((count, 12))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rows(q, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4827,7 +5291,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -4874,6 +5338,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 12))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_p_rows(q, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4971,7 +5448,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 2:
@@ -5021,6 +5498,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 12))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5128,7 +5618,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 2:
@@ -5182,6 +5672,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 12))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5265,7 +5770,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 2:
@@ -5308,6 +5813,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5378,7 +5894,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 2:
@@ -5425,6 +5941,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5499,7 +6028,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 2:
@@ -5549,6 +6078,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 4))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5633,7 +6175,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 2:
@@ -5687,6 +6229,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 4))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5773,7 +6330,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 2:
@@ -5823,6 +6380,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 2))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5911,7 +6481,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 2:
@@ -5965,6 +6535,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 2))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

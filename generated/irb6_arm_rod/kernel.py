@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -119,7 +120,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 2:
@@ -176,6 +177,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 2))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -277,7 +293,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 2:
@@ -338,6 +354,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 2))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -435,7 +468,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 2:
@@ -492,6 +525,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 2))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -594,7 +642,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 2:
@@ -655,6 +703,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 2))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -739,7 +804,7 @@ def mass_matrix(q):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 2:
@@ -782,6 +847,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 4))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_rows(q, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -850,7 +926,7 @@ def mass_matrix_p(q, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 2:
@@ -897,6 +973,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 4))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -963,7 +1052,7 @@ def mass_matrix_inverse(q):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 2:
@@ -1006,6 +1095,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 4))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1074,7 +1174,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 2:
@@ -1121,6 +1221,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 4))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1194,7 +1307,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 2:
@@ -1244,6 +1357,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 2))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1328,7 +1454,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 2:
@@ -1382,6 +1508,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1455,7 +1596,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 2:
@@ -1498,6 +1639,17 @@ def gravity_batch(q):
     out = np.empty((count, 2))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1563,7 +1715,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 2:
@@ -1610,6 +1762,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 2))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1680,7 +1845,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 2:
@@ -1730,6 +1895,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1814,7 +1992,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 2:
@@ -1868,6 +2046,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1940,7 +2133,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 4:
@@ -1990,6 +2183,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 2))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2060,7 +2266,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 4:
@@ -2114,6 +2320,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 2))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2202,7 +2423,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 4:
@@ -2252,6 +2473,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 4))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2345,7 +2579,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 4:
@@ -2399,6 +2633,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 4))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2497,7 +2746,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -2554,6 +2803,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 8))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2665,7 +2929,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -2726,6 +2990,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 8))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2838,7 +3119,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -2895,6 +3176,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 8))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3014,7 +3310,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -3075,6 +3371,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 8))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3193,7 +3506,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -3243,6 +3556,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 16))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3359,7 +3685,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -3413,6 +3739,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 16))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3494,7 +3835,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((4, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -3544,6 +3885,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 8))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3627,7 +3981,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((4, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -3681,6 +4035,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 8))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3776,7 +4145,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((2, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -3833,6 +4202,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 6))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 2, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 3):
+        raise ValueError("out must have the shape (states, 2, 3)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3944,7 +4328,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((2, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -4005,6 +4389,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 6))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 2, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 3):
+        raise ValueError("out must have the shape (states, 2, 3)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 6)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4120,7 +4521,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((4, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -4170,6 +4571,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 12))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 3):
+        raise ValueError("out must have the shape (states, 4, 3)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4289,7 +4703,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((4, 3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -4343,6 +4757,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 12))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 3):
+        raise ValueError("out must have the shape (states, 4, 3)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4438,7 +4867,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 2:
@@ -4481,6 +4910,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4570,7 +5010,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 2:
@@ -4617,6 +5057,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4701,7 +5154,7 @@ def jacobian(q):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -4744,6 +5197,17 @@ def jacobian_batch(q):
     out = np.empty((count, 12))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rows(q, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4829,7 +5293,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -4876,6 +5340,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 12))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_p_rows(q, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4973,7 +5450,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 2:
@@ -5023,6 +5500,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 12))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5130,7 +5620,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 2:
@@ -5184,6 +5674,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 12))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5267,7 +5772,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 2:
@@ -5310,6 +5815,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5380,7 +5896,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 2:
@@ -5427,6 +5943,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5501,7 +6030,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 2:
@@ -5551,6 +6080,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 4))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5635,7 +6177,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 2:
@@ -5689,6 +6231,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 4))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5775,7 +6332,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 2:
@@ -5825,6 +6382,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 2))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5913,7 +6483,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 2:
@@ -5967,6 +6537,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 2))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -122,7 +123,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 4:
@@ -179,6 +180,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 4))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -313,7 +329,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 4:
@@ -374,6 +390,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 4))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -481,7 +514,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 4:
@@ -538,6 +571,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 4))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -669,7 +717,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 4:
@@ -730,6 +778,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 4))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -821,7 +886,7 @@ def mass_matrix(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 4:
@@ -864,6 +929,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 16))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -939,7 +1015,7 @@ def mass_matrix_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 4:
@@ -986,6 +1062,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 16))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1059,7 +1148,7 @@ def mass_matrix_inverse(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 4:
@@ -1102,6 +1191,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 16))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1177,7 +1277,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 4:
@@ -1224,6 +1324,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 16))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1300,7 +1413,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 4:
@@ -1350,6 +1463,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 4))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1458,7 +1584,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 4:
@@ -1512,6 +1638,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 4))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1582,7 +1723,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 4:
@@ -1625,6 +1766,17 @@ def gravity_batch(q):
     out = np.empty((count, 4))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1684,7 +1836,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 4:
@@ -1731,6 +1883,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 4))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1806,7 +1971,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 4:
@@ -1856,6 +2021,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1946,7 +2124,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 4:
@@ -2000,6 +2178,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2073,7 +2266,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 9:
@@ -2123,6 +2316,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 4))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2195,7 +2401,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 9:
@@ -2249,6 +2455,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 4))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2344,7 +2565,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 9:
@@ -2394,6 +2615,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 9))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9):
+        raise ValueError("out must have the shape (states, 9)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2521,7 +2755,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 9:
@@ -2575,6 +2809,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 9))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9):
+        raise ValueError("out must have the shape (states, 9)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2686,7 +2935,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -2743,6 +2992,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 32))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2881,7 +3145,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -2942,6 +3206,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 32))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3059,7 +3340,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -3116,6 +3397,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 32))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3255,7 +3551,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -3316,6 +3612,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 32))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3480,7 +3793,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((9, 9))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 9:
@@ -3530,6 +3843,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 81))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 9, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9, 9):
+        raise ValueError("out must have the shape (states, 9, 9)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 81)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3713,7 +4039,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((9, 9))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 9:
@@ -3767,6 +4093,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 81))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 9, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9, 9):
+        raise ValueError("out must have the shape (states, 9, 9)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 81)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3844,7 +4185,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((9, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 9:
@@ -3894,6 +4235,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 9))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 9, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9, 1):
+        raise ValueError("out must have the shape (states, 9, 1)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 9)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3970,7 +4324,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((9, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 9:
@@ -4024,6 +4378,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 9))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 9, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9, 1):
+        raise ValueError("out must have the shape (states, 9, 1)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 9)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4198,7 +4567,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((4, 21))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -4255,6 +4624,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 84))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 4, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 21):
+        raise ValueError("out must have the shape (states, 4, 21)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 84)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4439,7 +4823,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((4, 21))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -4500,6 +4884,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 84))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 4, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 21):
+        raise ValueError("out must have the shape (states, 4, 21)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 84)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4801,7 +5202,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((9, 21))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 9:
@@ -4851,6 +5252,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 189))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 9, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9, 21):
+        raise ValueError("out must have the shape (states, 9, 21)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 189)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5180,7 +5594,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((9, 21))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 9:
@@ -5234,6 +5648,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 189))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 9, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9, 21):
+        raise ValueError("out must have the shape (states, 9, 21)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 189)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5304,7 +5733,7 @@ def output(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def output_into(x, u, out):
     """output, written into an array."""
     if x.shape[0] != 9:
@@ -5354,6 +5783,19 @@ def output_batch(x, u):
     out = np.empty((count, 1))
     _output_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_batch_into(x, u, out):
+    """output of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _output_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5423,7 +5865,7 @@ def output_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def output_p_into(x, u, p, out):
     """output_p, written into an array."""
     if x.shape[0] != 9:
@@ -5477,6 +5919,21 @@ def output_p_batch(x, u, p):
     out = np.empty((count, 1))
     _output_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_p_batch_into(x, u, p, out):
+    """output_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    _output_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5554,7 +6011,7 @@ def output_state_jacobian(x, u):
     return out.reshape((1, 9))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def output_state_jacobian_into(x, u, out):
     """output_state_jacobian, written into an array."""
     if x.shape[0] != 9:
@@ -5604,6 +6061,19 @@ def output_state_jacobian_batch(x, u):
     out = np.empty((count, 9))
     _output_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 1, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_state_jacobian_batch_into(x, u, out):
+    """output_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1, 9):
+        raise ValueError("out must have the shape (states, 1, 9)")
+    _output_state_jacobian_rows(x, u, out.reshape((count, 9)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5680,7 +6150,7 @@ def output_state_jacobian_p(x, u, p):
     return out.reshape((1, 9))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def output_state_jacobian_p_into(x, u, p, out):
     """output_state_jacobian_p, written into an array."""
     if x.shape[0] != 9:
@@ -5734,6 +6204,21 @@ def output_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 9))
     _output_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 1, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_state_jacobian_p_batch_into(x, u, p, out):
+    """output_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1, 9):
+        raise ValueError("out must have the shape (states, 1, 9)")
+    _output_state_jacobian_p_rows(x, u, p, out.reshape((count, 9)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5803,7 +6288,7 @@ def output_input_jacobian(x, u):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def output_input_jacobian_into(x, u, out):
     """output_input_jacobian, written into an array."""
     if x.shape[0] != 9:
@@ -5853,6 +6338,19 @@ def output_input_jacobian_batch(x, u):
     out = np.empty((count, 1))
     _output_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_input_jacobian_batch_into(x, u, out):
+    """output_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _output_input_jacobian_rows(x, u, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5920,7 +6418,7 @@ def output_input_jacobian_p(x, u, p):
     return out.reshape((1, 1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def output_input_jacobian_p_into(x, u, p, out):
     """output_input_jacobian_p, written into an array."""
     if x.shape[0] != 9:
@@ -5974,6 +6472,21 @@ def output_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 1))
     _output_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_input_jacobian_p_batch_into(x, u, p, out):
+    """output_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    _output_input_jacobian_p_rows(x, u, p, out.reshape((count, 1)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6060,7 +6573,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 4:
@@ -6103,6 +6616,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6178,7 +6702,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 4:
@@ -6225,6 +6749,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6306,7 +6843,7 @@ def jacobian(q):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -6349,6 +6886,17 @@ def jacobian_batch(q):
     out = np.empty((count, 24))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_rows(q, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6428,7 +6976,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -6475,6 +7023,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 24))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_p_rows(q, p, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6558,7 +7119,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 4:
@@ -6608,6 +7169,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 24))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6698,7 +7272,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 4:
@@ -6752,6 +7326,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 24))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6836,7 +7425,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 4:
@@ -6886,6 +7475,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 16))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6968,7 +7570,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 4:
@@ -7022,6 +7624,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 16))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7095,7 +7712,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 4:
@@ -7145,6 +7762,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 4))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7216,7 +7846,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 4:
@@ -7270,6 +7900,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 4))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -318,7 +319,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -375,6 +376,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 6))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -829,7 +845,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -890,6 +906,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 6))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1330,7 +1363,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -1387,6 +1420,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 6))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1989,7 +2037,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -2050,6 +2098,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 6))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2301,7 +2366,7 @@ def mass_matrix(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -2344,6 +2409,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2681,7 +2757,7 @@ def mass_matrix_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -2728,6 +2804,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3025,7 +3114,7 @@ def mass_matrix_inverse(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 6:
@@ -3068,6 +3157,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3464,7 +3564,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 6:
@@ -3511,6 +3611,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3759,7 +3872,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 6:
@@ -3809,6 +3922,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 6))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4193,7 +4319,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 6:
@@ -4247,6 +4373,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 6))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4378,7 +4519,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 6:
@@ -4421,6 +4562,17 @@ def gravity_batch(q):
     out = np.empty((count, 6))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4575,7 +4727,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 6:
@@ -4622,6 +4774,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 6))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4795,7 +4960,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 6:
@@ -4845,6 +5010,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5106,7 +5284,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 6:
@@ -5160,6 +5338,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5240,7 +5433,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 12:
@@ -5290,6 +5483,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 6))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5368,7 +5574,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 12:
@@ -5422,6 +5628,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 6))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5856,7 +6077,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 12:
@@ -5906,6 +6127,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 12))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6502,7 +6736,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 12:
@@ -6556,6 +6790,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 12))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7652,7 +7901,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -7709,6 +7958,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8929,7 +9193,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -8990,6 +9254,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -10503,7 +10784,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -10560,6 +10841,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -12246,7 +12542,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -12307,6 +12603,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -13891,7 +14204,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -13941,6 +14254,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -15686,7 +16012,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -15740,6 +16066,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -16102,7 +16443,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -16152,6 +16493,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -16618,7 +16972,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -16672,6 +17026,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -17695,7 +18064,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((6, 59))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -17752,6 +18121,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 354))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 59))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 59):
+        raise ValueError("out must have the shape (states, 6, 59)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 354)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18938,7 +19322,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 59))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -18999,6 +19383,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 354))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 59))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 59):
+        raise ValueError("out must have the shape (states, 6, 59)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 354)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21374,7 +21775,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((12, 59))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -21424,6 +21825,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 708))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 59))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 59):
+        raise ValueError("out must have the shape (states, 12, 59)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 708)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -23963,7 +24377,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((12, 59))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -24017,6 +24431,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 708))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 59))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 59):
+        raise ValueError("out must have the shape (states, 12, 59)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 708)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24163,7 +24592,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 6:
@@ -24206,6 +24635,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24350,7 +24790,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 6:
@@ -24397,6 +24837,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24573,7 +25026,7 @@ def jacobian(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -24616,6 +25069,17 @@ def jacobian_batch(q):
     out = np.empty((count, 36))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24797,7 +25261,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -24844,6 +25308,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 36))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -25079,7 +25556,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 6:
@@ -25129,6 +25606,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 36))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -25378,7 +25868,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 6:
@@ -25432,6 +25922,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -25548,7 +26053,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 6:
@@ -25591,6 +26096,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -25726,7 +26242,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 6:
@@ -25773,6 +26289,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -26238,7 +26767,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -26288,6 +26817,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 36))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -26848,7 +27390,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -26902,6 +27444,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -27043,7 +27600,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 6:
@@ -27093,6 +27650,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 6))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -27239,7 +27809,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 6:
@@ -27293,6 +27863,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 6))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 59:
+        raise ValueError("p must have 59 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -428,7 +429,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 7:
@@ -485,6 +486,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 7))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if qdd.shape[1] != 7 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1038,7 +1054,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 7:
@@ -1099,6 +1115,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 7))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if qdd.shape[1] != 7 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1717,7 +1750,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 7:
@@ -1774,6 +1807,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 7))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if tau.shape[1] != 7 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2534,7 +2582,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 7:
@@ -2595,6 +2643,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 7))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if tau.shape[1] != 7 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2916,7 +2981,7 @@ def mass_matrix(q):
     return out.reshape((7, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 7:
@@ -2959,6 +3024,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 49))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 7, 7):
+        raise ValueError("out must have the shape (states, 7, 7)")
+    _mass_matrix_rows(q, out.reshape((count, 49)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3405,7 +3481,7 @@ def mass_matrix_p(q, p):
     return out.reshape((7, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 7:
@@ -3452,6 +3528,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 49))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7, 7):
+        raise ValueError("out must have the shape (states, 7, 7)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 49)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3844,7 +3933,7 @@ def mass_matrix_inverse(q):
     return out.reshape((7, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 7:
@@ -3887,6 +3976,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 49))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 7, 7):
+        raise ValueError("out must have the shape (states, 7, 7)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 49)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4438,7 +4538,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((7, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 7:
@@ -4485,6 +4585,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 49))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7, 7):
+        raise ValueError("out must have the shape (states, 7, 7)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 49)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4849,7 +4962,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 7:
@@ -4899,6 +5012,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 7))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5406,7 +5532,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 7:
@@ -5460,6 +5586,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 7))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5638,7 +5779,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 7:
@@ -5681,6 +5822,17 @@ def gravity_batch(q):
     out = np.empty((count, 7))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5868,7 +6020,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 7:
@@ -5915,6 +6067,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 7))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6137,7 +6302,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 7:
@@ -6187,6 +6352,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6544,7 +6722,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 7:
@@ -6598,6 +6776,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6680,7 +6873,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 14:
@@ -6730,6 +6923,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 7))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    count = x.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6810,7 +7016,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 14:
@@ -6864,6 +7070,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 7))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = x.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7478,7 +7699,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 14:
@@ -7528,6 +7749,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 14))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    count = x.shape[0]
+    if out.shape != (count, 14):
+        raise ValueError("out must have the shape (states, 14)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8284,7 +8518,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 14:
@@ -8338,6 +8572,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 14))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = x.shape[0]
+    if out.shape != (count, 14):
+        raise ValueError("out must have the shape (states, 14)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -10523,7 +10772,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((7, 14))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 7:
@@ -10580,6 +10829,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 98))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 7, 14))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if qdd.shape[1] != 7 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7, 14):
+        raise ValueError("out must have the shape (states, 7, 14)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 98)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -12727,7 +12991,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((7, 14))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 7:
@@ -12788,6 +13052,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 98))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 7, 14))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if qdd.shape[1] != 7 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7, 14):
+        raise ValueError("out must have the shape (states, 7, 14)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 98)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -15682,7 +15963,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((7, 14))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 7:
@@ -15739,6 +16020,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 98))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 7, 14))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if tau.shape[1] != 7 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7, 14):
+        raise ValueError("out must have the shape (states, 7, 14)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 98)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18550,7 +18846,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((7, 14))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 7:
@@ -18611,6 +18907,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 98))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 7, 14))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if tau.shape[1] != 7 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7, 14):
+        raise ValueError("out must have the shape (states, 7, 14)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 98)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21601,7 +21914,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((14, 14))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 14:
@@ -21651,6 +21964,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 196))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 14, 14))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    count = x.shape[0]
+    if out.shape != (count, 14, 14):
+        raise ValueError("out must have the shape (states, 14, 14)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 196)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24548,7 +24874,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((14, 14))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 14:
@@ -24602,6 +24928,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 196))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 14, 14))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = x.shape[0]
+    if out.shape != (count, 14, 14):
+        raise ValueError("out must have the shape (states, 14, 14)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 196)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -25078,7 +25419,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((14, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 14:
@@ -25128,6 +25469,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 98))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 14, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    count = x.shape[0]
+    if out.shape != (count, 14, 7):
+        raise ValueError("out must have the shape (states, 14, 7)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 98)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -25759,7 +26113,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((14, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 14:
@@ -25813,6 +26167,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 98))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 14, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = x.shape[0]
+    if out.shape != (count, 14, 7):
+        raise ValueError("out must have the shape (states, 14, 7)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 98)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -27649,7 +28018,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((7, 76))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 7:
@@ -27706,6 +28075,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 532))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 7, 76))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if qdd.shape[1] != 7 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7, 76):
+        raise ValueError("out must have the shape (states, 7, 76)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 532)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -29695,7 +30079,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((7, 76))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 7:
@@ -29756,6 +30140,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 532))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 7, 76))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if qdd.shape[1] != 7 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7, 76):
+        raise ValueError("out must have the shape (states, 7, 76)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 532)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -33530,7 +33931,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((14, 76))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 14:
@@ -33580,6 +33981,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 1064))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 14, 76))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    count = x.shape[0]
+    if out.shape != (count, 14, 76):
+        raise ValueError("out must have the shape (states, 14, 76)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 1064)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -37538,7 +37952,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((14, 76))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 14:
@@ -37592,6 +38006,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 1064))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 14, 76))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 14:
+        raise ValueError("x must have 14 columns, a row per state")
+    if u.shape[1] != 7 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = x.shape[0]
+    if out.shape != (count, 14, 76):
+        raise ValueError("out must have the shape (states, 14, 76)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 1064)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -37744,7 +38173,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 7:
@@ -37787,6 +38216,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -37937,7 +38377,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 7:
@@ -37984,6 +38424,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -38191,7 +38644,7 @@ def jacobian(q):
     return out.reshape((6, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 7:
@@ -38234,6 +38687,17 @@ def jacobian_batch(q):
     out = np.empty((count, 42))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 7):
+        raise ValueError("out must have the shape (states, 6, 7)")
+    _jacobian_rows(q, out.reshape((count, 42)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -38446,7 +38910,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 7:
@@ -38493,6 +38957,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 42))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 7):
+        raise ValueError("out must have the shape (states, 6, 7)")
+    _jacobian_p_rows(q, p, out.reshape((count, 42)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -38777,7 +39254,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 7:
@@ -38827,6 +39304,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 42))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 7):
+        raise ValueError("out must have the shape (states, 6, 7)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 42)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -39127,7 +39617,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 7:
@@ -39181,6 +39671,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 42))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 7):
+        raise ValueError("out must have the shape (states, 6, 7)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 42)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -39297,7 +39802,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 7:
@@ -39340,6 +39845,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -39529,7 +40045,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 7:
@@ -39576,6 +40092,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -40230,7 +40759,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((7, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 7:
@@ -40280,6 +40809,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 49))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7, 7):
+        raise ValueError("out must have the shape (states, 7, 7)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 49)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -41075,7 +41617,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((7, 7))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 7:
@@ -41129,6 +41671,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 49))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 7, 7))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if qd.shape[1] != 7 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 7 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7, 7):
+        raise ValueError("out must have the shape (states, 7, 7)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 49)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -41288,7 +41845,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 7:
@@ -41338,6 +41895,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 7))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -41500,7 +42070,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 7:
@@ -41554,6 +42124,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 7))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 7:
+        raise ValueError("q must have 7 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 76:
+        raise ValueError("p must have 76 entries")
+    count = q.shape[0]
+    if out.shape != (count, 7):
+        raise ValueError("out must have the shape (states, 7)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

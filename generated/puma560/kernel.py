@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -304,7 +305,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -361,6 +362,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 6))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -782,7 +798,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -843,6 +859,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 6))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1233,7 +1266,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -1290,6 +1323,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 6))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1851,7 +1899,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -1912,6 +1960,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 6))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2130,7 +2195,7 @@ def mass_matrix(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -2173,6 +2238,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2487,7 +2563,7 @@ def mass_matrix_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -2534,6 +2610,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2780,7 +2869,7 @@ def mass_matrix_inverse(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 6:
@@ -2823,6 +2912,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3197,7 +3297,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 6:
@@ -3244,6 +3344,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3483,7 +3596,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 6:
@@ -3533,6 +3646,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 6))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3895,7 +4021,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 6:
@@ -3949,6 +4075,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 6))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4070,7 +4211,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 6:
@@ -4113,6 +4254,17 @@ def gravity_batch(q):
     out = np.empty((count, 6))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4243,7 +4395,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 6:
@@ -4290,6 +4442,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 6))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4456,7 +4621,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 6:
@@ -4506,6 +4671,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4759,7 +4937,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 6:
@@ -4813,6 +4991,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4893,7 +5086,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 12:
@@ -4943,6 +5136,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 6))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5021,7 +5227,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 12:
@@ -5075,6 +5281,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 6))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5463,7 +5684,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 12:
@@ -5513,6 +5734,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 12))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6069,7 +6303,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 12:
@@ -6123,6 +6357,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 12))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6953,7 +7202,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -7010,6 +7259,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7979,7 +8243,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -8040,6 +8304,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -9263,7 +9544,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -9320,6 +9601,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -10721,7 +11017,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -10782,6 +11078,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -12075,7 +12388,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -12125,6 +12438,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -13588,7 +13914,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -13642,6 +13968,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -13944,7 +14285,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -13994,6 +14335,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -14422,7 +14776,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -14476,6 +14830,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -15465,7 +15834,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((6, 65))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -15522,6 +15891,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 390))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 65):
+        raise ValueError("out must have the shape (states, 6, 65)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 390)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -16653,7 +17037,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 65))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -16714,6 +17098,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 390))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 65):
+        raise ValueError("out must have the shape (states, 6, 65)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 390)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18933,7 +19334,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((12, 65))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -18983,6 +19384,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 780))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 65):
+        raise ValueError("out must have the shape (states, 12, 65)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 780)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21499,7 +21913,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((12, 65))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -21553,6 +21967,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 780))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 65):
+        raise ValueError("out must have the shape (states, 12, 65)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 780)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21696,7 +22125,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 6:
@@ -21739,6 +22168,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21879,7 +22319,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 6:
@@ -21926,6 +22366,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22081,7 +22534,7 @@ def jacobian(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -22124,6 +22577,17 @@ def jacobian_batch(q):
     out = np.empty((count, 36))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22281,7 +22745,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -22328,6 +22792,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 36))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22532,7 +23009,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 6:
@@ -22582,6 +23059,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 36))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22797,7 +23287,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 6:
@@ -22851,6 +23341,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22955,7 +23460,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 6:
@@ -22998,6 +23503,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -23121,7 +23637,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 6:
@@ -23168,6 +23684,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -23575,7 +24104,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -23625,6 +24154,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 36))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24138,7 +24680,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -24192,6 +24734,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24321,7 +24878,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 6:
@@ -24371,6 +24928,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 6))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -24502,7 +25072,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 6:
@@ -24556,6 +25126,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 6))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

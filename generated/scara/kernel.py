@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -159,7 +160,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 4:
@@ -216,6 +217,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 4))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -365,7 +381,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 4:
@@ -426,6 +442,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 4))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -542,7 +575,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 4:
@@ -599,6 +632,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 4))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -742,7 +790,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 4:
@@ -803,6 +851,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 4))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -902,7 +967,7 @@ def mass_matrix(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 4:
@@ -945,6 +1010,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 16))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1058,7 +1134,7 @@ def mass_matrix_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 4:
@@ -1105,6 +1181,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 16))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1193,7 +1282,7 @@ def mass_matrix_inverse(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 4:
@@ -1236,6 +1325,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 16))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1348,7 +1448,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 4:
@@ -1395,6 +1495,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 16))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1481,7 +1594,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 4:
@@ -1531,6 +1644,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 4))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1637,7 +1763,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 4:
@@ -1691,6 +1817,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 4))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1761,7 +1902,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 4:
@@ -1804,6 +1945,17 @@ def gravity_batch(q):
     out = np.empty((count, 4))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1870,7 +2022,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 4:
@@ -1917,6 +2069,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 4))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2011,7 +2176,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 4:
@@ -2061,6 +2226,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2189,7 +2367,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 4:
@@ -2243,6 +2421,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2319,7 +2512,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 8:
@@ -2369,6 +2562,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 4))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2443,7 +2649,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 8:
@@ -2497,6 +2703,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 4))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2608,7 +2829,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 8:
@@ -2658,6 +2879,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 8))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    count = x.shape[0]
+    if out.shape != (count, 8):
+        raise ValueError("out must have the shape (states, 8)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2796,7 +3030,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 8:
@@ -2850,6 +3084,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 8))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = x.shape[0]
+    if out.shape != (count, 8):
+        raise ValueError("out must have the shape (states, 8)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2991,7 +3240,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -3048,6 +3297,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 32))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3207,7 +3471,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -3268,6 +3532,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 32))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3443,7 +3724,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -3500,6 +3781,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 32))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3705,7 +4001,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((4, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -3766,6 +4062,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 32))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3973,7 +4286,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((8, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 8:
@@ -4023,6 +4336,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 64))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 8, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    count = x.shape[0]
+    if out.shape != (count, 8, 8):
+        raise ValueError("out must have the shape (states, 8, 8)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 64)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4251,7 +4577,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((8, 8))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 8:
@@ -4305,6 +4631,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 64))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 8, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = x.shape[0]
+    if out.shape != (count, 8, 8):
+        raise ValueError("out must have the shape (states, 8, 8)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 64)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4420,7 +4761,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((8, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 8:
@@ -4470,6 +4811,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 32))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 8, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    count = x.shape[0]
+    if out.shape != (count, 8, 4):
+        raise ValueError("out must have the shape (states, 8, 4)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4609,7 +4963,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((8, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 8:
@@ -4663,6 +5017,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 32))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 8, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = x.shape[0]
+    if out.shape != (count, 8, 4):
+        raise ValueError("out must have the shape (states, 8, 4)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 32)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4894,7 +5263,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((4, 27))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -4951,6 +5320,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 108))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 4, 27))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 27):
+        raise ValueError("out must have the shape (states, 4, 27)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 108)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5220,7 +5604,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((4, 27))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -5281,6 +5665,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 108))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 4, 27))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 27):
+        raise ValueError("out must have the shape (states, 4, 27)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 108)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5660,7 +6061,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((8, 27))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 8:
@@ -5710,6 +6111,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 216))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 8, 27))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    count = x.shape[0]
+    if out.shape != (count, 8, 27):
+        raise ValueError("out must have the shape (states, 8, 27)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 216)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6161,7 +6575,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((8, 27))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 8:
@@ -6215,6 +6629,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 216))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 8, 27))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 8:
+        raise ValueError("x must have 8 columns, a row per state")
+    if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = x.shape[0]
+    if out.shape != (count, 8, 27):
+        raise ValueError("out must have the shape (states, 8, 27)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 216)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6318,7 +6747,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 4:
@@ -6361,6 +6790,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6460,7 +6900,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 4:
@@ -6507,6 +6947,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6600,7 +7053,7 @@ def jacobian(q):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 4:
@@ -6643,6 +7096,17 @@ def jacobian_batch(q):
     out = np.empty((count, 24))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_rows(q, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6740,7 +7204,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 4:
@@ -6787,6 +7251,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 24))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_p_rows(q, p, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6891,7 +7368,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 4:
@@ -6941,6 +7418,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 24))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7057,7 +7547,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 4:
@@ -7111,6 +7601,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 24))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 24)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7196,7 +7701,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 4:
@@ -7239,6 +7744,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7340,7 +7856,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 4:
@@ -7387,6 +7903,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7485,7 +8014,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 4:
@@ -7535,6 +8064,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 16))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7658,7 +8200,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 4:
@@ -7712,6 +8254,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 16))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7807,7 +8364,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 4:
@@ -7857,6 +8414,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 4))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7952,7 +8522,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 4:
@@ -8006,6 +8576,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 4))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 27:
+        raise ValueError("p must have 27 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

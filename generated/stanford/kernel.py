@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -257,7 +258,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -314,6 +315,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 6))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -650,7 +666,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -711,6 +727,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 6))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1038,7 +1071,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -1095,6 +1128,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 6))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1530,7 +1578,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -1591,6 +1639,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 6))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1783,7 +1848,7 @@ def mass_matrix(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -1826,6 +1891,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2099,7 +2175,7 @@ def mass_matrix_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -2146,6 +2222,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2363,7 +2452,7 @@ def mass_matrix_inverse(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 6:
@@ -2406,6 +2495,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2725,7 +2825,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 6:
@@ -2772,6 +2872,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2974,7 +3087,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 6:
@@ -3024,6 +3137,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 6))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3306,7 +3432,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 6:
@@ -3360,6 +3486,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 6))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3473,7 +3614,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 6:
@@ -3516,6 +3657,17 @@ def gravity_batch(q):
     out = np.empty((count, 6))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3642,7 +3794,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 6:
@@ -3689,6 +3841,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 6))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3830,7 +3995,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 6:
@@ -3880,6 +4045,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4100,7 +4278,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 6:
@@ -4154,6 +4332,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4234,7 +4427,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 12:
@@ -4284,6 +4477,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 6))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4362,7 +4568,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 12:
@@ -4416,6 +4622,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 6))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4738,7 +4959,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 12:
@@ -4788,6 +5009,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 12))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5216,7 +5450,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 12:
@@ -5270,6 +5504,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 12))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5988,7 +6237,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -6045,6 +6294,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6871,7 +7135,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -6932,6 +7196,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8018,7 +8299,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -8075,6 +8356,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -9221,7 +9517,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -9282,6 +9578,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -10438,7 +10751,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -10488,6 +10801,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -11697,7 +12023,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -11751,6 +12077,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -12038,7 +12379,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -12088,6 +12429,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -12467,7 +12821,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -12521,6 +12875,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -13223,7 +13592,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((6, 42))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -13280,6 +13649,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 252))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 42))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 42):
+        raise ValueError("out must have the shape (states, 6, 42)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 252)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -14064,7 +14448,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 42))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -14125,6 +14509,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 252))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 42))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 42):
+        raise ValueError("out must have the shape (states, 6, 42)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 252)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -15632,7 +16033,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((12, 42))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -15682,6 +16083,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 504))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 42))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 42):
+        raise ValueError("out must have the shape (states, 12, 42)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 504)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -17283,7 +17697,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((12, 42))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -17337,6 +17751,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 504))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 42))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 42):
+        raise ValueError("out must have the shape (states, 12, 42)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 504)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -17468,7 +17897,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 6:
@@ -17511,6 +17940,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -17635,7 +18075,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 6:
@@ -17682,6 +18122,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -17811,7 +18264,7 @@ def jacobian(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -17854,6 +18307,17 @@ def jacobian_batch(q):
     out = np.empty((count, 36))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -17989,7 +18453,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -18036,6 +18500,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 36))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18212,7 +18689,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 6:
@@ -18262,6 +18739,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 36))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18450,7 +18940,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 6:
@@ -18504,6 +18994,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18605,7 +19110,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 6:
@@ -18648,6 +19153,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18775,7 +19291,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 6:
@@ -18822,6 +19338,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -19154,7 +19683,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -19204,6 +19733,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 36))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -19627,7 +20169,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -19681,6 +20223,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -19793,7 +20350,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 6:
@@ -19843,6 +20400,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 6))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -19957,7 +20527,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 6:
@@ -20011,6 +20581,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 6))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 42:
+        raise ValueError("p must have 42 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

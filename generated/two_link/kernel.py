@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -129,7 +130,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 2:
@@ -186,6 +187,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 2))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -308,7 +324,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 2:
@@ -369,6 +385,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 2))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -476,7 +509,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 2:
@@ -533,6 +566,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 2))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -663,7 +711,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 2:
@@ -724,6 +772,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 2))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -810,7 +875,7 @@ def mass_matrix(q):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 2:
@@ -853,6 +918,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 4))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_rows(q, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -931,7 +1007,7 @@ def mass_matrix_p(q, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 2:
@@ -978,6 +1054,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 4))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1050,7 +1139,7 @@ def mass_matrix_inverse(q):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 2:
@@ -1093,6 +1182,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 4))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1175,7 +1275,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 2:
@@ -1222,6 +1322,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 4))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1301,7 +1414,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 2:
@@ -1351,6 +1464,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 2))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1453,7 +1579,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 2:
@@ -1507,6 +1633,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1583,7 +1724,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 2:
@@ -1626,6 +1767,17 @@ def gravity_batch(q):
     out = np.empty((count, 2))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1712,7 +1864,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 2:
@@ -1759,6 +1911,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 2))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1840,7 +2005,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 2:
@@ -1890,6 +2055,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1988,7 +2166,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 2:
@@ -2042,6 +2220,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2114,7 +2307,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 4:
@@ -2164,6 +2357,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 2))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2234,7 +2440,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 4:
@@ -2288,6 +2494,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 2))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2387,7 +2608,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 4:
@@ -2437,6 +2658,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 4))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2558,7 +2792,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 4:
@@ -2612,6 +2846,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 4))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2720,7 +2969,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -2777,6 +3026,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 8))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2906,7 +3170,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -2967,6 +3231,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 8))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3105,7 +3386,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -3162,6 +3443,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 8))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3317,7 +3613,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((2, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -3378,6 +3674,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 8))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3523,7 +3836,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -3573,6 +3886,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 16))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3726,7 +4052,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -3780,6 +4106,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 16))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3867,7 +4208,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((4, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -3917,6 +4258,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 8))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4014,7 +4368,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((4, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -4068,6 +4422,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 8))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 8)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4199,7 +4568,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((2, 13))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -4256,6 +4625,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 26))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 2, 13))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 13):
+        raise ValueError("out must have the shape (states, 2, 13)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 26)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4408,7 +4792,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((2, 13))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -4469,6 +4853,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 26))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 2, 13))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 13):
+        raise ValueError("out must have the shape (states, 2, 13)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 26)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4661,7 +5062,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((4, 13))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 4:
@@ -4711,6 +5112,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 52))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 4, 13))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 13):
+        raise ValueError("out must have the shape (states, 4, 13)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 52)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4915,7 +5329,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((4, 13))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 4:
@@ -4969,6 +5383,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 52))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 4, 13))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 13):
+        raise ValueError("out must have the shape (states, 4, 13)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 52)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5064,7 +5493,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 2:
@@ -5107,6 +5536,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5192,7 +5632,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 2:
@@ -5239,6 +5679,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5314,7 +5767,7 @@ def jacobian(q):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 2:
@@ -5357,6 +5810,17 @@ def jacobian_batch(q):
     out = np.empty((count, 12))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rows(q, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5432,7 +5896,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 2:
@@ -5479,6 +5943,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 12))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_p_rows(q, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5557,7 +6034,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 2:
@@ -5607,6 +6084,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 12))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5695,7 +6185,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 2:
@@ -5749,6 +6239,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 12))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 12)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5832,7 +6337,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 2:
@@ -5875,6 +6380,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5958,7 +6474,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 2:
@@ -6005,6 +6521,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6081,7 +6610,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 2:
@@ -6131,6 +6660,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 4))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6219,7 +6761,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((2, 2))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 2:
@@ -6273,6 +6815,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 4))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 4)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6350,7 +6907,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 2:
@@ -6400,6 +6957,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 2))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6476,7 +7046,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 2:
@@ -6530,6 +7100,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 2))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 13:
+        raise ValueError("p must have 13 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)

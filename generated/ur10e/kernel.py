@@ -8,6 +8,7 @@ Every function takes float64 arrays and returns a new array. NAME(...) has the p
 NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_into writes into an
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
+NAME_batch_into the same and an array for the results, which saves much time where they are many,
 NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
@@ -302,7 +303,7 @@ def inverse_dynamics(q, qd, qdd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_into(q, qd, qdd, out):
     """inverse_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -359,6 +360,21 @@ def inverse_dynamics_batch(q, qd, qdd):
     out = np.empty((count, 6))
     _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_batch_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -766,7 +782,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -827,6 +843,23 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     out = np.empty((count, 6))
     _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1221,7 +1254,7 @@ def forward_dynamics(q, qd, tau):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_into(q, qd, tau, out):
     """forward_dynamics, written into an array."""
     if q.shape[0] != 6:
@@ -1278,6 +1311,21 @@ def forward_dynamics_batch(q, qd, tau):
     out = np.empty((count, 6))
     _forward_dynamics_rows(q, qd, tau, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_batch_into(q, qd, tau, out):
+    """forward_dynamics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_rows(q, qd, tau, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1790,7 +1838,7 @@ def forward_dynamics_p(q, qd, tau, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_into(q, qd, tau, p, out):
     """forward_dynamics_p, written into an array."""
     if q.shape[0] != 6:
@@ -1851,6 +1899,23 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     out = np.empty((count, 6))
     _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2083,7 +2148,7 @@ def mass_matrix(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_into(q, out):
     """mass_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -2126,6 +2191,17 @@ def mass_matrix_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_batch_into(q, out):
+    """mass_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2443,7 +2519,7 @@ def mass_matrix_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_into(q, p, out):
     """mass_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -2490,6 +2566,19 @@ def mass_matrix_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_p_batch_into(q, p, out):
+    """mass_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2746,7 +2835,7 @@ def mass_matrix_inverse(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_into(q, out):
     """mass_matrix_inverse, written into an array."""
     if q.shape[0] != 6:
@@ -2789,6 +2878,17 @@ def mass_matrix_inverse_batch(q):
     out = np.empty((count, 36))
     _mass_matrix_inverse_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_batch_into(q, out):
+    """mass_matrix_inverse of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3157,7 +3257,7 @@ def mass_matrix_inverse_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_into(q, p, out):
     """mass_matrix_inverse_p, written into an array."""
     if q.shape[0] != 6:
@@ -3204,6 +3304,19 @@ def mass_matrix_inverse_p_batch(q, p):
     out = np.empty((count, 36))
     _mass_matrix_inverse_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def mass_matrix_inverse_p_batch_into(q, p, out):
+    """mass_matrix_inverse_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3440,7 +3553,7 @@ def bias_force(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_into(q, qd, out):
     """bias_force, written into an array."""
     if q.shape[0] != 6:
@@ -3490,6 +3603,19 @@ def bias_force_batch(q, qd):
     out = np.empty((count, 6))
     _bias_force_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_batch_into(q, qd, out):
+    """bias_force of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3840,7 +3966,7 @@ def bias_force_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_into(q, qd, p, out):
     """bias_force_p, written into an array."""
     if q.shape[0] != 6:
@@ -3894,6 +4020,21 @@ def bias_force_p_batch(q, qd, p):
     out = np.empty((count, 6))
     _bias_force_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def bias_force_p_batch_into(q, qd, p, out):
+    """bias_force_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _bias_force_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4018,7 +4159,7 @@ def gravity(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_into(q, out):
     """gravity, written into an array."""
     if q.shape[0] != 6:
@@ -4061,6 +4202,17 @@ def gravity_batch(q):
     out = np.empty((count, 6))
     _gravity_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_batch_into(q, out):
+    """gravity of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4198,7 +4350,7 @@ def gravity_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def gravity_p_into(q, p, out):
     """gravity_p, written into an array."""
     if q.shape[0] != 6:
@@ -4245,6 +4397,19 @@ def gravity_p_batch(q, p):
     out = np.empty((count, 6))
     _gravity_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def gravity_p_batch_into(q, p, out):
+    """gravity_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _gravity_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4416,7 +4581,7 @@ def energy(q, qd):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_into(q, qd, out):
     """energy, written into an array."""
     if q.shape[0] != 6:
@@ -4466,6 +4631,19 @@ def energy_batch(q, qd):
     out = np.empty((count, 2))
     _energy_rows(q, qd, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_batch_into(q, qd, out):
+    """energy of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_rows(q, qd, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4729,7 +4907,7 @@ def energy_p(q, qd, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def energy_p_into(q, qd, p, out):
     """energy_p, written into an array."""
     if q.shape[0] != 6:
@@ -4783,6 +4961,21 @@ def energy_p_batch(q, qd, p):
     out = np.empty((count, 2))
     _energy_p_rows(q, qd, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def energy_p_batch_into(q, qd, p, out):
+    """energy_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    _energy_p_rows(q, qd, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4863,7 +5056,7 @@ def actuation(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_into(x, u, out):
     """actuation, written into an array."""
     if x.shape[0] != 12:
@@ -4913,6 +5106,19 @@ def actuation_batch(x, u):
     out = np.empty((count, 6))
     _actuation_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_batch_into(x, u, out):
+    """actuation of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4991,7 +5197,7 @@ def actuation_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def actuation_p_into(x, u, p, out):
     """actuation_p, written into an array."""
     if x.shape[0] != 12:
@@ -5045,6 +5251,21 @@ def actuation_p_batch(x, u, p):
     out = np.empty((count, 6))
     _actuation_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def actuation_p_batch_into(x, u, p, out):
+    """actuation_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _actuation_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5432,7 +5653,7 @@ def state_derivative(x, u):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_into(x, u, out):
     """state_derivative, written into an array."""
     if x.shape[0] != 12:
@@ -5482,6 +5703,19 @@ def state_derivative_batch(x, u):
     out = np.empty((count, 12))
     _state_derivative_rows(x, u, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_batch_into(x, u, out):
+    """state_derivative of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_rows(x, u, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5988,7 +6222,7 @@ def state_derivative_p(x, u, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_into(x, u, p, out):
     """state_derivative_p, written into an array."""
     if x.shape[0] != 12:
@@ -6042,6 +6276,21 @@ def state_derivative_p_batch(x, u, p):
     out = np.empty((count, 12))
     _state_derivative_p_rows(x, u, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_p_batch_into(x, u, p, out):
+    """state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    _state_derivative_p_rows(x, u, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6848,7 +7097,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -6905,6 +7154,21 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7862,7 +8126,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -7923,6 +8187,23 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 72))
     _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -9091,7 +9372,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_into(q, qd, tau, out):
     """forward_dynamics_state_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -9148,6 +9429,21 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -10465,7 +10761,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     return out.reshape((6, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
     """forward_dynamics_state_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -10526,6 +10822,23 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     out = np.empty((count, 72))
     _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -11764,7 +12077,7 @@ def state_derivative_state_jacobian(x, u):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_into(x, u, out):
     """state_derivative_state_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -11814,6 +12127,19 @@ def state_derivative_state_jacobian_batch(x, u):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_batch_into(x, u, out):
+    """state_derivative_state_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -13192,7 +13518,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     return out.reshape((12, 12))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_into(x, u, p, out):
     """state_derivative_state_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -13246,6 +13572,21 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     out = np.empty((count, 144))
     _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 144)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -13560,7 +13901,7 @@ def state_derivative_input_jacobian(x, u):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_into(x, u, out):
     """state_derivative_input_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -13610,6 +13951,19 @@ def state_derivative_input_jacobian_batch(x, u):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_batch_into(x, u, out):
+    """state_derivative_input_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -14034,7 +14388,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     return out.reshape((12, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_input_jacobian_p_into(x, u, p, out):
     """state_derivative_input_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -14088,6 +14442,21 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     out = np.empty((count, 72))
     _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 72)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -15039,7 +15408,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     return out.reshape((6, 54))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
     """inverse_dynamics_parameter_jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -15096,6 +15465,21 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     out = np.empty((count, 324))
     _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
     return out.reshape((count, 6, 54))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 54):
+        raise ValueError("out must have the shape (states, 6, 54)")
+    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 324)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -16174,7 +16558,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     return out.reshape((6, 54))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
     """inverse_dynamics_parameter_jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -16235,6 +16619,23 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     out = np.empty((count, 324))
     _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
     return out.reshape((count, 6, 54))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 54):
+        raise ValueError("out must have the shape (states, 6, 54)")
+    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 324)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -18210,7 +18611,7 @@ def state_derivative_parameter_jacobian(x, u):
     return out.reshape((12, 54))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_into(x, u, out):
     """state_derivative_parameter_jacobian, written into an array."""
     if x.shape[0] != 12:
@@ -18260,6 +18661,19 @@ def state_derivative_parameter_jacobian_batch(x, u):
     out = np.empty((count, 648))
     _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
     return out.reshape((count, 12, 54))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_batch_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 54):
+        raise ValueError("out must have the shape (states, 12, 54)")
+    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 648)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -20468,7 +20882,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     return out.reshape((12, 54))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_into(x, u, p, out):
     """state_derivative_parameter_jacobian_p, written into an array."""
     if x.shape[0] != 12:
@@ -20522,6 +20936,21 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     out = np.empty((count, 648))
     _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
     return out.reshape((count, 12, 54))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 54):
+        raise ValueError("out must have the shape (states, 12, 54)")
+    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 648)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -20669,7 +21098,7 @@ def forward_kinematics(q):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_into(q, out):
     """forward_kinematics, written into an array."""
     if q.shape[0] != 6:
@@ -20712,6 +21141,17 @@ def forward_kinematics_batch(q):
     out = np.empty((count, 16))
     _forward_kinematics_rows(q, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_batch_into(q, out):
+    """forward_kinematics of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -20857,7 +21297,7 @@ def forward_kinematics_p(q, p):
     return out.reshape((4, 4))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_into(q, p, out):
     """forward_kinematics_p, written into an array."""
     if q.shape[0] != 6:
@@ -20904,6 +21344,19 @@ def forward_kinematics_p_batch(q, p):
     out = np.empty((count, 16))
     _forward_kinematics_p_rows(q, p, out, 0, count)
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def forward_kinematics_p_batch_into(q, p, out):
+    """forward_kinematics_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21082,7 +21535,7 @@ def jacobian(q):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_into(q, out):
     """jacobian, written into an array."""
     if q.shape[0] != 6:
@@ -21125,6 +21578,17 @@ def jacobian_batch(q):
     out = np.empty((count, 36))
     _jacobian_rows(q, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_batch_into(q, out):
+    """jacobian of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rows(q, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21306,7 +21770,7 @@ def jacobian_p(q, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_p_into(q, p, out):
     """jacobian_p, written into an array."""
     if q.shape[0] != 6:
@@ -21353,6 +21817,19 @@ def jacobian_p_batch(q, p):
     out = np.empty((count, 36))
     _jacobian_p_rows(q, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_p_batch_into(q, p, out):
+    """jacobian_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_p_rows(q, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21582,7 +22059,7 @@ def jacobian_rate(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_into(q, qd, out):
     """jacobian_rate, written into an array."""
     if q.shape[0] != 6:
@@ -21632,6 +22109,19 @@ def jacobian_rate_batch(q, qd):
     out = np.empty((count, 36))
     _jacobian_rate_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_batch_into(q, qd, out):
+    """jacobian_rate of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -21874,7 +22364,7 @@ def jacobian_rate_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_into(q, qd, p, out):
     """jacobian_rate_p, written into an array."""
     if q.shape[0] != 6:
@@ -21928,6 +22418,21 @@ def jacobian_rate_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _jacobian_rate_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def jacobian_rate_p_batch_into(q, qd, p, out):
+    """jacobian_rate_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22035,7 +22540,7 @@ def center_of_mass(q):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_into(q, out):
     """center_of_mass, written into an array."""
     if q.shape[0] != 6:
@@ -22078,6 +22583,17 @@ def center_of_mass_batch(q):
     out = np.empty((count, 3))
     _center_of_mass_rows(q, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_batch_into(q, out):
+    """center_of_mass of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_rows(q, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22213,7 +22729,7 @@ def center_of_mass_p(q, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_p_into(q, p, out):
     """center_of_mass_p, written into an array."""
     if q.shape[0] != 6:
@@ -22260,6 +22776,19 @@ def center_of_mass_p_batch(q, p):
     out = np.empty((count, 3))
     _center_of_mass_p_rows(q, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def center_of_mass_p_batch_into(q, p, out):
+    """center_of_mass_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    _center_of_mass_p_rows(q, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -22688,7 +23217,7 @@ def coriolis_matrix(q, qd):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_into(q, qd, out):
     """coriolis_matrix, written into an array."""
     if q.shape[0] != 6:
@@ -22738,6 +23267,19 @@ def coriolis_matrix_batch(q, qd):
     out = np.empty((count, 36))
     _coriolis_matrix_rows(q, qd, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_batch_into(q, qd, out):
+    """coriolis_matrix of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_rows(q, qd, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -23265,7 +23807,7 @@ def coriolis_matrix_p(q, qd, p):
     return out.reshape((6, 6))
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_into(q, qd, p, out):
     """coriolis_matrix_p, written into an array."""
     if q.shape[0] != 6:
@@ -23319,6 +23861,21 @@ def coriolis_matrix_p_batch(q, qd, p):
     out = np.empty((count, 36))
     _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def coriolis_matrix_p_batch_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 36)), 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -23462,7 +24019,7 @@ def wrench_effort(q, wrench):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_into(q, wrench, out):
     """wrench_effort, written into an array."""
     if q.shape[0] != 6:
@@ -23512,6 +24069,19 @@ def wrench_effort_batch(q, wrench):
     out = np.empty((count, 6))
     _wrench_effort_rows(q, wrench, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_batch_into(q, wrench, out):
+    """wrench_effort of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_rows(q, wrench, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -23658,7 +24228,7 @@ def wrench_effort_p(q, wrench, p):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
 def wrench_effort_p_into(q, wrench, p, out):
     """wrench_effort_p, written into an array."""
     if q.shape[0] != 6:
@@ -23712,6 +24282,21 @@ def wrench_effort_p_batch(q, wrench, p):
     out = np.empty((count, 6))
     _wrench_effort_p_rows(q, wrench, p, out, 0, count)
     return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def wrench_effort_p_batch_into(q, wrench, p, out):
+    """wrench_effort_p of every row, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 54:
+        raise ValueError("p must have 54 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
