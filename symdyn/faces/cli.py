@@ -47,7 +47,7 @@ def _options(
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
 ) -> None:
-    pass  # --debug is read by main()
+    """Both are handled elsewhere: the version by its callback, --debug by main(), which prints errors."""
 
 
 @app.command()

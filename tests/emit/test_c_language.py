@@ -14,6 +14,7 @@ import pytest
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.emit.c_printer import C99, identifier, string
+from symdyn.program.errors import ProgramError
 from symdyn.program.ssa import Argument, Node, Op, Program
 from tests.emit.c_library import (
     Build,
@@ -25,7 +26,7 @@ from tests.emit.c_library import (
 
 
 def line(op: Op, *args: int, **facts: object) -> Node:
-    return Node(op, args, **facts)  # type: ignore[arg-type]
+    return Node(op, args, **facts)  # type: ignore[arg-type]  # the fields of a node are of several types
 
 
 def bits(values: Sequence[float]) -> list[str]:
@@ -70,7 +71,7 @@ def value(tree: Tree) -> float | None:
     args = [value(branch) for branch in tree[1:]]
     if None in args or (tree[0] is Op.DIV and args[1] == 0.0):
         return None
-    return -args[0] if tree[0] is Op.NEG else INFIX[tree[0]](*args)  # type: ignore[operator, arg-type]
+    return -args[0] if tree[0] is Op.NEG else INFIX[tree[0]](*args)  # type: ignore[operator, arg-type]  # a tree is a leaf or nested
 
 
 def test_signs_and_brackets(build: Build) -> None:
@@ -145,7 +146,7 @@ def identifies(word: str) -> bool:
     """Whether a program may have the name at all: Python's keywords may not."""
     try:
         Program("f", (Argument("x", (word,)),), (), (), (0,))
-    except Exception:
+    except ProgramError:
         return False
     return True
 
@@ -216,7 +217,7 @@ def test_strings_and_identifiers() -> None:
 
 def test_the_header_is_also_one_of_cpp(tmp_path: Path, build: Build) -> None:
     cpp = shutil.which("c++") or shutil.which("clang++")
-    if cpp is None:
+    if cpp is None:  # symdyn needs none: C++ is what users of the header may have
         pytest.skip("no C++ compiler is here")
     library = build(files_of(two_link()))
     main = tmp_path / "main.cpp"

@@ -93,7 +93,7 @@ def test_what_numba_compiled_is_used_again(root: Path, compiled: Callable[[str],
     for _ in range(2):
         kernel = load_source(text)
         assert kernel.gravity(np.zeros(1)).tolist() == [0.0]
-        hits.append(sum(kernel.gravity.stats.cache_hits.values()))  # type: ignore[attr-defined]
+        hits.append(sum(kernel.gravity.stats.cache_hits.values()))  # type: ignore[attr-defined]  # Numba's
     assert hits == [0, 1]
     compiled_files = list(root.rglob("*.nbi"))
     assert compiled_files
