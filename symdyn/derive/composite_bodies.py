@@ -35,7 +35,7 @@ class CompositeBody:
 def composite_bodies(
     joints: Sequence[Joint], inertias: Sequence[sp.Matrix], scale: int, steps: Steps
 ) -> tuple[CompositeBody, ...]:
-    """One per joint; K is ``scale`` times as large as it is."""
+    """One per joint; K is ``scale`` times as large as it is, and left out with zero."""
     found = []
     beyond = CompositeBody(sp.zeros(3, 3), sp.zeros(3, 1), sp.Integer(0), sp.zeros(3, 3), sp.zeros(3, 1))
     for j in range(len(joints), 0, -1):

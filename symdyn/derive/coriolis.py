@@ -1,7 +1,7 @@
 """The Coriolis matrix of the arm by composite bodies, every intermediate named (after Echeandia and Wensing 2021).
 
-With T_p the pose of link p, dT_p/dt = T_p V_p, and E_j the unit twist of joint j as a 4 x 4 matrix, Lagrange's equations
-in trace form have
+With T_p the pose of link p, dT_p/dt = T_p V_p, and E_j the unit twist of joint j as a 4 x 4 matrix, Lagrange's
+equations in trace form have
 
     C_ij = sum over links p of tr(dT_p/dq_i J_p (d/dt dT_p/dq_j)^T),
 

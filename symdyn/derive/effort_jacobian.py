@@ -4,17 +4,17 @@ Notation of coriolis.py; with A_p = T_p^-1 d2T_p/dt2, gravity being an accelerat
 
     tau_i = sum over links p from i on of tr(dT_p/dq_i J_p (T_p A_p)^T).
 
-Moving joint j turns all that is beyond it as one body, and changes its motion as the unit twist E_j changes along the
-motion: in the world's axes with X_j = T_j E_j T_j^-1, T_p becomes X_j T_p, and its second derivative gains
-d2X_j/dt2 T_p + 2 dX_j/dt dT_p/dt. With P_j the sum of J_p A_p^T from j on, which is the wrench through joint j, and with
-J, K, V_j of the composite body, in frame j, for i up to j,
+Moving joint j turns all that is beyond it as one body, and changes its motion as the joint's unit twist changes along
+that motion: with X_j = T_j E_j T_j^-1, in the world's axes, T_p becomes X_j T_p, and its second derivative gains
+(d2X_j/dt2) T_p + 2 (dX_j/dt) dT_p/dt. With P_j, the sum of J_p A_p^T from j on, which is the wrench through joint j,
+and with J, K, V_j of the composite body, all in frame j,
 
-    dtau_i/dq_j = tr(E_i (E_j P_j + P_j E_j^T + J [A_j, E_j]^T + 2 K [V_j, E_j]^T)),
-    dtau_j/dq_i = tr(E_j J B_i^T) + 2 tr(E_j (K + J V_j^T) [V_i, E_i]^T),    i before j,
+    dtau_i/dq_j = tr(E_i (E_j P_j + P_j E_j^T + J [A_j, E_j]^T + 2 K [V_j, E_j]^T)),      i up to j,
+    dtau_j/dq_i = tr(E_j J B_i^T) + 2 tr(E_j (K + J V_j^T) [V_i, E_i]^T),                 i before j,
 
-where B_i = T_i^-1 d2X_i/dt2 T_i is a twist. With respect to speeds the derivative is 2 C. These are the derivatives of
-Carpentier and Mansard (2018) and of Singh, Russell and Wensing (2022), written for pseudo-inertias, with velocities
-relative to the joint.
+where B_i = T_i^-1 (d2X_i/dt2) T_i is a twist again. With respect to speeds the derivative is 2 C. These are the
+derivatives of Carpentier and Mansard (2018), in the order of computation of Singh, Russell and Wensing (2022), written
+for pseudo-inertias and velocities relative to the joint, which are cheaper.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from symdyn.derive.composite import holding_efforts
 from symdyn.derive.composite_bodies import CompositeBody, composite_bodies
 from symdyn.derive.coriolis_terms import couple, link_twists, rate, swing, unit_twist, unit_wrench
 from symdyn.derive.grouping import group
-from symdyn.derive.newton_euler import Motion, base_acceleration, joints_of, recursion
+from symdyn.derive.newton_euler import Motion, joints_of, recursion
 from symdyn.derive.pairs import Load, pairs
 from symdyn.derive.screws import Joint, Twist, Wrench, Z, power
 from symdyn.derive.steps import Step, Steps
@@ -57,14 +58,14 @@ def effort_jacobian(robot: Robot) -> EffortJacobian:
     twists = link_twists(joints, [motion.omega for motion in arm.motions], 2, steps)
     bodies = composite_bodies(joints, inertias, 2, steps)
     axes, loads = [], []
-    for k, (joint, motion, twist, body) in enumerate(zip(joints, arm.motions, twists, bodies, strict=True)):
-        law = f"{joint.label}: change with its position"
-        turning = motion.omega.cross(Z) * (0 if joint.frame.prismatic else 1)
-        pushed = _push(body, joint, motion, turning, arm.wrenches[k], steps, k + 1)
-        swung = swing(body, joint, twist)
-        wrenches = (unit_wrench(body, joint), _named(f"C_{k + 1}", swung, f"{joint.label}: Coriolis terms", steps), _named(f"P_{k + 1}", pushed, law, steps))
-        axes.append((unit_twist(joint), rate(joint, twist), _second(joint, motion, twist, steps, k + 1), Twist(turning, sp.zeros(3, 1))))
-        loads.append(Load(wrenches, steps.vector(f"c_{k + 1}c", couple(body, joint, twist), f"{joint.label}: Coriolis couple")))
+    for k, (joint, motion, twist, body) in enumerate(zip(joints, arm.motions, twists, bodies, strict=True), start=1):
+        turning = Twist(sp.zeros(3, 1) if joint.frame.prismatic else motion.omega.cross(Z), sp.zeros(3, 1))
+        axes.append((unit_twist(joint), rate(joint, twist), _second(joint, motion, twist, steps, k), turning))
+        law = f"{joint.label}: Coriolis terms"
+        swung = _named(f"C_{k}", swing(body, joint, twist), law, steps)
+        flow = steps.vector(f"C_{k}_c", couple(body, joint, twist), law)
+        pushed = _push(body, joint, motion, turning.omega, arm.wrenches[k - 1], steps, k)
+        loads.append(Load((unit_wrench(body, joint), swung, pushed), flow))
     by_position, by_speed, mass = sp.zeros(n, n), sp.zeros(n, n), sp.zeros(n, n)
     for i, j, (unit, changing, second, turning), load in pairs(joints, axes, loads, steps):
         accelerated, swung, pushed = load.wrenches
@@ -74,7 +75,7 @@ def effort_jacobian(robot: Robot) -> EffortJacobian:
         if i < j:
             by_speed[j, i] = power(changing, accelerated) + unit.omega.dot(load.couple)
             by_position[j, i] = power(second, accelerated) + turning.omega.dot(load.couple)
-    gravity = _gravity(robot, joints, bodies, steps)
+    gravity = holding_efforts(robot, joints, bodies, steps)
     return EffortJacobian(steps.freeze(), by_position, by_speed, mass, gravity)
 
 
@@ -95,12 +96,12 @@ def _second(joint: Joint, motion: Motion, twist: Twist, steps: Steps, j: int) ->
 def _push(
     body: CompositeBody, joint: Joint, motion: Motion, turning: sp.Matrix, through: Wrench, steps: Steps, j: int
 ) -> Wrench:
-    """E P + P E^T + J [A, E]^T + 2 K [V, E]^T."""
+    """E P + P E^T + J [A, E]^T + 2 K [V, E]^T: what a small turn of the joint changes in the wrench through it."""
+    law = f"{joint.label}: change with its position"
     s, h, k, u, a = body.second, body.first, body.flow, motion.field, motion.accel
     if joint.frame.prismatic:
         along = u[:, 2]
-        return Wrench(body.mass * along, h.cross(along) + Z.cross(through.force))
-    law = f"{joint.label}: commutator of U with its axis"
+        return _named(f"P_{j}", Wrench(body.mass * along, h.cross(along) + Z.cross(through.force)), law, steps)
     g0 = steps.name(f"G_{j}_0", 2 * motion.product_xy, law)
     g1 = steps.name(f"G_{j}_1", u[1, 1] - u[0, 0], law)
     commutator = sp.Matrix([[g0, g1, u[1, 2]], [g1, -g0, -u[0, 2]], [u[2, 1], -u[2, 0], 0]])
@@ -121,14 +122,5 @@ def _push(
             -k[0, 2] * x - k[1, 2] * y,
         ]
     )
-    return Wrench(force, moment + h.cross(across) + flow + Z.cross(through.moment))
-
-
-def _gravity(robot: Robot, joints: tuple[Joint, ...], bodies: tuple[CompositeBody, ...], steps: Steps) -> tuple[sp.Expr, ...]:
-    """What holds the composite bodies."""
-    upwards, efforts = base_acceleration(robot), []
-    for i, (joint, body) in enumerate(zip(joints, bodies, strict=True), start=1):
-        upwards = joint.vector_outwards(f"g_{i}", upwards, f"{joint.label}: gravity", steps)
-        moment = body.first[0] * upwards[1] - body.first[1] * upwards[0]
-        efforts.append(body.mass * upwards[2] if joint.frame.prismatic else moment)
-    return tuple(efforts)
+    moment += h.cross(across) + flow + Z.cross(through.moment)
+    return _named(f"P_{j}", Wrench(force, moment), law, steps)

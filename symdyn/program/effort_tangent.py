@@ -1,7 +1,7 @@
 """Inverse dynamics to first order: its derivatives, the arm's as derived and those of effects by forward mode.
 
-What does not depend on accelerations comes along, so that forward dynamics follows from it: the arm's bias force is half
-its derivative with respect to speeds, times the speeds, and gravity, where Newton-Euler would begin anew.
+What does not depend on accelerations comes along, so that forward dynamics follows from it: the arm's bias force is
+half its derivative with respect to speeds, times the speeds, and gravity, where Newton-Euler would begin anew.
 """
 
 from __future__ import annotations

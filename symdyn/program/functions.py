@@ -9,8 +9,10 @@ from dataclasses import replace
 import sympy as sp
 
 from symdyn.base import symbols
+from symdyn.derive.composite import gravity
+from symdyn.derive.coordinates import joint_coordinates
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.derive.steps import Step
+from symdyn.derive.steps import Step, Steps
 from symdyn.program.builder import Builder
 from symdyn.program.compose import inline
 from symdyn.program.differentiate import differentiate
@@ -55,8 +57,6 @@ class _Functions:
         required = self.lower("inverse_dynamics", (self.q, self.qd, self.qdd), efforts, steps)
         mass = self.mass_matrix()
         bias = _at_zero(replace(required, name="bias_force"), (self.qdd,))
-        arm = self.lower("gravity", (self.q, self.qd, self.qdd), equations.arm, equations.steps)
-        gravity = _at_zero(arm, (self.qd, self.qdd))
         energy = self.lower(
             "energy", (self.q, self.qd), (equations.kinetic, equations.potential), equations.energy_steps
         )
@@ -70,7 +70,7 @@ class _Functions:
             Function(mass, "Mass matrix M (n, n): symmetric, positive definite."),
             Function(self.mass_matrix_inverse(mass), "Inverse of the mass matrix (n, n)."),
             Function(bias, "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
-            Function(gravity, "Effort (n,) that holds the arm against gravity."),
+            Function(self.gravity(), "Effort (n,) that holds the arm against gravity."),
             Function(energy, "Kinetic and potential energy (2,) in J."),
             Function(actuation, "Effort (n,) that inputs and motor currents exert along each coordinate."),
             Function(state, "Time derivative of the state x = [q, qd, hidden states] under inputs u."),
@@ -128,6 +128,13 @@ class _Functions:
         entries = zip(inline(builder, arm), inline(builder, added), strict=True)
         sums = [fold(builder, Op.ADD, pair, "inertia of the arm and of effects") for pair in entries]
         return builder.program("mass_matrix", (self.q, self.p), sums, (self.n, self.n))
+
+    def gravity(self) -> Program:
+        robot, steps = self.equations.robot, Steps()
+        addresses = (coordinate.address for coordinate in joint_coordinates(robot))
+        by_joint = dict(zip(addresses, gravity(robot, steps), strict=True))
+        efforts = [by_joint.get(axis.address, sp.Integer(0)) for axis in self.equations.axes]
+        return self.lower("gravity", (self.q,), efforts, steps.freeze())
 
     def mass_matrix_inverse(self, mass: Program) -> Program:
         builder = Builder()
