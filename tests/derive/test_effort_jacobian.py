@@ -138,8 +138,8 @@ def test_gravity_as_pinocchio(name: str) -> None:
     ("name", "places"),
     [
         ("panda", (0, 1, 2, 3, 4, 5, 6)),  # no axis is parallel to the next
-        ("puma560", (3, 2, 2, 3, 4, 5)),  # shoulder and elbow
-        ("ur10e", (4, 3, 3, 3, 4, 5)),  # shoulder, elbow and wrist
+        ("puma560", (2, 2, 2, 3, 4, 5)),  # shoulder and elbow
+        ("ur10e", (3, 3, 3, 3, 4, 5)),  # shoulder, elbow and wrist
         ("two-link", (1, 1)),
     ],
 )
