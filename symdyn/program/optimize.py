@@ -24,7 +24,6 @@ DEFAULT: tuple[Pass, ...] = (
 # the other passes, and a second round, earned less than 0.1 %.
 _LARGE = 2000
 FOR_LARGE: tuple[Pass, ...] = (
-    passes.fold_constants,
     passes.collect_terms,
     passes.share_subexpressions,
     passes.divide_to_reciprocal,

@@ -22,6 +22,7 @@ def factor_common(program: Program) -> Program:
     view = from_program(program)
     graph = view.graph
     uses = graph.uses(view.outputs)
+    changed = False
     for node in range(len(uses)):
         element = graph.elements[node]
         if uses[node] and isinstance(element, Sum) and len(element.terms) > 1:
@@ -30,7 +31,8 @@ def factor_common(program: Program) -> Program:
             constant, terms = _factored(graph, element.constant, monomials, origin)
             if terms != element.terms:
                 graph.replace(node, Sum(constant, terms))
-    return cheaper(program, to_program(view))
+                changed = True
+    return cheaper(program, to_program(view)) if changed else program
 
 
 def _monomial(graph: Polynomials, term: Term, uses: Sequence[int]) -> _Monomial:

@@ -34,19 +34,20 @@ def share_subexpressions(program: Program) -> Program:
             products[node] = [(1.0, factor) for factor in element.factors]
         elif isinstance(element, Sum) and len(element.terms) > 1:
             sums[node] = sorted(element.terms, key=_by_node)
-    _share(graph, products, lambda pair: Product(tuple(node for _, node in pair)))
+    shared = _share(graph, products, lambda pair: Product(tuple(node for _, node in pair)))
     for node, row in products.items():
         graph.replace(node, Product(tuple(factor for _, factor in row)))
-    _share(graph, sums, lambda pair: Sum(0.0, pair))
+    shared += _share(graph, sums, lambda pair: Sum(0.0, pair))
     for node, row in sums.items():
         element = graph.elements[node]
         assert isinstance(element, Sum)
         graph.replace(node, Sum(element.constant, tuple(row)))
-    return cheaper(program, to_program(view))
+    return cheaper(program, to_program(view)) if shared else program
 
 
-def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_Pair], Element]) -> None:
-    """Replace pairs in the rows, which are in order of nodes, by new rows that hold the pair."""
+def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_Pair], Element]) -> int:
+    """Replace pairs in the rows, which are in order of nodes, by rows that hold the pair; the number of pairs."""
+    found = 0
     where: dict[_Pair, dict[int, None]] = {}
     for node, row in rows.items():
         for pair in _pairs(row):
@@ -61,6 +62,7 @@ def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_
         if len(nodes) != -negative_count:  # out of date: the rows have changed since
             heapq.heappush(heap, (-len(nodes), pair))
             continue
+        found += 1
         shared = graph.add(element(pair), graph.origins[next(iter(nodes))])
         for node in list(nodes):
             if node == shared:
@@ -69,13 +71,14 @@ def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_
                 where[old].pop(node, None)
             rows[node] = _replaced(rows[node], pair, shared)
             for new in _pairs(rows[node]):
-                found = where.setdefault(new, {})
-                found[node] = None
-                if len(found) > 1:
-                    heapq.heappush(heap, (-len(found), new))
+                holders = where.setdefault(new, {})
+                holders[node] = None
+                if len(holders) > 1:
+                    heapq.heappush(heap, (-len(holders), new))
         if shared not in rows:
             rows[shared] = list(pair)
         where[pair] = {}
+    return found
 
 
 def _pairs(row: list[Term]) -> Iterator[_Pair]:
