@@ -21,10 +21,9 @@ DEFAULT: tuple[Pass, ...] = (
     passes.drop_dead,
 )
 # Jacobians of this many lines come from a program whose factors and angles were found already: there
-# the other passes, and a second round, earned less than 0.1 %.
+# the other passes, and a second round, earned less than 0.1 %. Sharing collects terms on its way.
 _LARGE = 2000
 FOR_LARGE: tuple[Pass, ...] = (
-    passes.collect_terms,
     passes.share_subexpressions,
     passes.divide_to_reciprocal,
     passes.drop_dead,
@@ -69,6 +68,6 @@ def optimize(program: Program, passes: Sequence[Pass] | None = None) -> Optimize
             row = CostRow(step.__name__, turn, count(program))
             if turn == 1 or row.cost != rows[-1].cost:
                 rows.append(row)
-        if weight(program) > before * (1.0 - _WORTHWHILE):
+        if weight(program) >= before * (1.0 - _WORTHWHILE):
             break
     return Optimized(program, tuple(rows))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bisect
 import heapq
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 
 from symdyn.program.cost import cheaper
 from symdyn.program.polynomial import Element, Polynomials, Product, Sum, Term
@@ -34,20 +34,19 @@ def share_subexpressions(program: Program) -> Program:
             products[node] = [(1.0, factor) for factor in element.factors]
         elif isinstance(element, Sum) and len(element.terms) > 1:
             sums[node] = sorted(element.terms, key=_by_node)
-    shared = _share(graph, products, lambda pair: Product(tuple(node for _, node in pair)))
+    _share(graph, products, lambda pair: Product(tuple(node for _, node in pair)))
     for node, row in products.items():
         graph.replace(node, Product(tuple(factor for _, factor in row)))
-    shared += _share(graph, sums, lambda pair: Sum(0.0, pair))
+    _share(graph, sums, lambda pair: Sum(0.0, pair))
     for node, row in sums.items():
         element = graph.elements[node]
         assert isinstance(element, Sum)
         graph.replace(node, Sum(element.constant, tuple(row)))
-    return cheaper(program, to_program(view)) if shared else program
+    return cheaper(program, to_program(view))
 
 
-def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_Pair], Element]) -> int:
-    """Replace pairs in the rows, which are in order of nodes, by rows that hold the pair; the number of pairs."""
-    found = 0
+def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_Pair], Element]) -> None:
+    """Replace pairs in the rows, which are in order of nodes, by new rows that hold the pair."""
     where: dict[_Pair, dict[int, None]] = {}
     for node, row in rows.items():
         for pair in _pairs(row):
@@ -62,7 +61,6 @@ def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_
         if len(nodes) != -negative_count:  # out of date: the rows have changed since
             heapq.heappush(heap, (-len(nodes), pair))
             continue
-        found += 1
         shared = graph.add(element(pair), graph.origins[next(iter(nodes))])
         for node in list(nodes):
             if node == shared:
@@ -78,18 +76,19 @@ def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_
         if shared not in rows:
             rows[shared] = list(pair)
         where[pair] = {}
-    return found
 
 
-def _pairs(row: list[Term]) -> Iterator[_Pair]:
+def _pairs(row: list[Term]) -> Iterable[_Pair]:
     """The distinct pairs of a row, each with its first coefficient positive."""
     head = row[:_WINDOW]
-    pairs: dict[_Pair, None] = {}
-    for place, (c, node) in enumerate(head):
-        for d, other in head[place + 1 :]:
-            sign = 1.0 if c > 0.0 else -1.0
-            pairs[((sign * c, node), (sign * d, other))] = None
-    return iter(pairs)
+    turned = [(-c, node) for c, node in head]
+    pairs: list[_Pair] = []
+    for place, first in enumerate(head):
+        if first[0] > 0.0:
+            pairs += [(first, other) for other in head[place + 1 :]]
+        else:
+            pairs += [(turned[place], other) for other in turned[place + 1 :]]
+    return dict.fromkeys(pairs)
 
 
 def _replaced(row: list[Term], pair: _Pair, shared: int) -> list[Term]:

@@ -18,6 +18,7 @@ from symdyn.program.polynomial_read import from_program
 from symdyn.program.polynomial_write import to_program
 from symdyn.program.ssa import Op, Program
 
+_WAVES = frozenset({Op.SIN, Op.COS})
 _TRIALS = 64  # groups tried one by one when all of them together cost more
 
 _Group = tuple[str, int, int]  # kind of law and the two angles
@@ -95,10 +96,13 @@ def _matches(
 ) -> Iterator[tuple[_Group, _Half, _Half]]:
     """Pairs of terms of one sum that a law combines, no term twice; limited to ``groups`` if given."""
     terms = list(_monomials(graph, element))
+    pairs = {place: list(_waves(graph, factors)) for place, _, factors in terms if len(factors) > 1}
+    if not any(pairs.values()):
+        return
     used: set[int] = set()
     waiting: dict[_Key, list[_Half]] = {}
-    for place, coefficient, factors in terms:
-        for group, rest, form in _waves(graph, factors):
+    for place, coefficient, _ in terms:
+        for group, rest, form in pairs.get(place, ()):
             if groups is not None and group not in groups:
                 continue
             half = _Half(place, coefficient, rest, form)
@@ -111,8 +115,8 @@ def _matches(
             candidates.append(half)
 
     bare = {(coefficient, factors): place for place, coefficient, factors in terms if place not in used}
-    for place, coefficient, factors in terms:
-        for (_, a, b), rest, form in _waves(graph, factors):
+    for place, coefficient, _ in terms:
+        for (_, a, b), rest, form in pairs.get(place, ()):
             group = ("square", a, b)
             partner_place = bare.get((-coefficient, rest))
             free = partner_place is not None and not {place, partner_place} & used
@@ -134,8 +138,11 @@ def _monomials(graph: Polynomials, element: Sum) -> Iterator[tuple[int, float, t
 
 def _waves(graph: Polynomials, factors: tuple[int, ...]) -> Iterator[tuple[_Group, tuple[int, ...], str]]:
     """Each pair of sines and cosines in a product: the law it belongs to, the other factors, its form."""
-    calls = [(place, graph.elements[factor]) for place, factor in enumerate(factors)]
-    waves = [(place, call) for place, call in calls if isinstance(call, Call) and call.op in (Op.SIN, Op.COS)]
+    elements = graph.elements
+    calls = [(place, call) for place, factor in enumerate(factors) if isinstance(call := elements[factor], Call)]
+    if len(calls) < 2:
+        return
+    waves = [(place, call) for place, call in calls if call.op in _WAVES]
     for i, (place, first) in enumerate(waves):
         for other, second in waves[i + 1 :]:
             (a, x), (b, y) = sorted(((first.args[0], first.op), (second.args[0], second.op)))
