@@ -7,7 +7,7 @@ or numbers themselves; the same holds for their Jacobians.
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.program.builder import Builder
 from symdyn.program.compose import inline
@@ -29,7 +29,8 @@ class Optimizer:
             self._known[outline.key] = outline, result
             return result
         other, result = known
-        return Optimized(_renamed(program, outline, other, result.program), result.costs)
+        costs = tuple(replace(row, seconds=0.0) for row in result.costs)
+        return Optimized(_renamed(program, outline, other, result.program), costs)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ _ADDITIONS = frozenset({Op.ADD, Op.SUB, Op.NEG})
 _TRIGONOMETRIC = frozenset({Op.SIN, Op.COS, Op.TAN})
 
 # Approximate costs in units of one addition, vectorised double precision on x86-64.
-_WEIGHTS = {Op.CONST: 0, Op.INPUT: 0, Op.DIV: 4, Op.SQRT: 5, Op.SIN: 20, Op.COS: 20, Op.TAN: 25} | {
+WEIGHTS = {Op.CONST: 0, Op.INPUT: 0, Op.DIV: 4, Op.SQRT: 5, Op.SIN: 20, Op.COS: 20, Op.TAN: 25} | {
     Op.TANH: 25, Op.EXP: 15, Op.LOG: 15, Op.ATAN2: 30
 }  # fmt: skip
 
@@ -43,7 +43,7 @@ def count(program: Program) -> Cost:
 
 def weight(program: Program) -> int:
     """Estimated run time in units of one addition: what a pass must not raise."""
-    return sum(times * _WEIGHTS.get(op, 1) for op, times in _times(program).items())
+    return sum(times * WEIGHTS.get(op, 1) for op, times in _times(program).items())
 
 
 def _times(program: Program) -> Counter[Op]:

@@ -36,7 +36,7 @@ _NUMBERS: dict[Op, Callable[..., float]] = {
 
 def fold(builder: Builder, op: Op, args: tuple[int, ...], origin: str = "") -> int:
     """The line of ``op(args)`` after every local rule that applies."""
-    ops, triggers = builder.ops, _TRIGGERS[op]
+    ops, triggers = builder.ops, TRIGGERS[op]
     if ops[args[0]] not in triggers and ops[args[-1]] not in triggers and (len(args) == 1 or args[0] != args[1]):
         return builder.intern(op, args, origin)  # most lines: no rule can apply
     line = _number(builder, op, args)
@@ -215,7 +215,7 @@ _RULES: dict[Op, Callable[[Builder, tuple[int, ...], str], int | None]] = {
 }
 
 # A rule applies only where an argument is a number or one of these, or where both arguments are the same line.
-_TRIGGERS: dict[Op, frozenset[Op]] = dict.fromkeys(Op, frozenset({Op.CONST})) | {
+TRIGGERS: dict[Op, frozenset[Op]] = dict.fromkeys(Op, frozenset({Op.CONST})) | {
     Op.ADD: frozenset({Op.CONST, Op.NEG, Op.SUB}),
     Op.SUB: frozenset({Op.CONST, Op.NEG, Op.ADD, Op.SUB}),
     Op.MUL: frozenset({Op.CONST, Op.NEG}),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 from symdyn.program import passes
 from symdyn.program.cost import Cost, count, weight
@@ -34,11 +36,15 @@ _WORTHWHILE = 0.005  # another round follows one that lowered the weight by this
 
 @dataclass(frozen=True, slots=True)
 class CostRow:
-    """The cost of a program after one pass; ``round`` counts from 1, and is 0 for the input."""
+    """The cost of a program after one pass; ``round`` counts from 1, and is 0 for the input.
+
+    ``seconds`` of processor time is what the pass took: of no account in comparisons, and in no generated file.
+    """
 
     pass_name: str
     round: int
     cost: Cost
+    seconds: float = field(default=0.0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +60,8 @@ def optimize(program: Program, passes: Sequence[Pass] | None = None) -> Optimize
 
     ``passes``: DEFAULT, or where the program is large FOR_LARGE, and once.
 
-    The cost table has a row for the input, for every pass of the first round, and for the passes of
-    later rounds that changed a count. The weight never rises from one row to the next.
+    The cost table has a row for the input and for every pass of every round. The weight never rises
+    from one row to the next.
     """
     rows = [CostRow("input", 0, count(program))]
     large = len(program.nodes) > _LARGE
@@ -64,10 +70,16 @@ def optimize(program: Program, passes: Sequence[Pass] | None = None) -> Optimize
     for turn in range(1, 2 if large else _ROUNDS + 1):
         before = weight(program)
         for step in passes:
+            start = time.process_time()
             program = step(program)
-            row = CostRow(step.__name__, turn, count(program))
-            if turn == 1 or row.cost != rows[-1].cost:
-                rows.append(row)
+            seconds = time.process_time() - start
+            rows.append(CostRow(step.__name__, turn, count(program), seconds))
         if weight(program) >= before * (1.0 - _WORTHWHILE):
             break
     return Optimized(program, tuple(rows))
+
+
+def notable(rows: Sequence[CostRow]) -> tuple[CostRow, ...]:
+    """A cost table without the passes of later rounds that changed no count."""
+    kept = [row for before, row in pairwise(rows) if row.round == 1 or row.cost != before.cost]
+    return (*rows[:1], *kept)
