@@ -57,10 +57,6 @@ class Builder:
             line = self._lines[key] = self._append(op, args, None, None, origin)
         return line
 
-    def known(self, op: Op, args: tuple[int, ...]) -> int | None:
-        """The line of ``op(args)`` if it has been made."""
-        return self._lines.get((op, args if args[0] <= args[-1] or op not in COMMUTATIVE else args[::-1]))
-
     def label(self, line: int, name: str | None) -> None:
         """Name a line for people; the first name of a line and the first line of a name stay."""
         if name is None or name in self._labels or self._names[line] is not None or self.values[line] is not None:

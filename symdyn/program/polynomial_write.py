@@ -115,12 +115,8 @@ class _Writer:
             coefficient, node = terms.pop(start)
             total = self._scaled(coefficient, node)
         for coefficient, node in terms:
-            op, size = (_ADD, coefficient) if coefficient > 0.0 else (_SUB, -coefficient)
-            if size != 1.0 and (negative := self._known_multiple(-size, node)) is not None:
-                op, term = (_SUB if op is _ADD else _ADD), negative
-            else:
-                term = self._scaled(size, node)
-            total = fold(self.builder, op, (total, term), self._origin)
+            op = _ADD if coefficient > 0.0 else _SUB
+            total = fold(self.builder, op, (total, self._scaled(abs(coefficient), node)), self._origin)
         if constant != 0.0:
             total = self._make(Op.ADD if constant > 0.0 else Op.SUB, total, self.builder.constant(abs(constant)))
         return total
@@ -128,10 +124,6 @@ class _Writer:
     def _scaled(self, coefficient: float, node: int) -> int:
         line = self.line[node]
         return line if coefficient == 1.0 else self._make(Op.MUL, self.builder.constant(coefficient), line)
-
-    def _known_multiple(self, coefficient: float, node: int) -> int | None:
-        """The line of a number times a node, if another sum has written it."""
-        return self.builder.known(_MUL, (self.builder.constant(coefficient), self.line[node]))
 
     def _powers(self, exponents: Counter[int]) -> int:
         """A product of powers by repeated squaring of what several factors share: x^3 y^2 = x (x y)^2."""
