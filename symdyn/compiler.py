@@ -25,7 +25,7 @@ from symdyn.emit.templates import digest
 from symdyn.physics import schemas
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
-from symdyn.program.optimize import CostRow
+from symdyn.program.optimize import CostRow, notable
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
 from symdyn.spec.robot_reader import read_any
@@ -129,7 +129,7 @@ def _manifest(compiled: Compiled, targets: Sequence[Target], files: Mapping[str,
         "templates_sha256": digest(*templates, *latex.TEMPLATES),
         "files_sha256": {name: _sha256(text) for name, text in files.items()},
         "cost_columns": ["pass_name", "round", *(field.name for field in fields(Cost))],
-        "costs": {form.name: [_cells(row) for row in form.costs] for form in compiled.forms},
+        "costs": {form.name: [_cells(row) for row in notable(form.costs)] for form in compiled.forms},
     }
     return _ROW.sub(lambda row: " ".join(row[0].split()), json.dumps(facts, indent=1)) + "\n"
 

@@ -89,7 +89,7 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
             if symbol in used:
                 symbols[symbol] = names.unique(symbol)
                 lines.append(syntax.define(symbols[symbol], syntax.entry(vector, i)))
-    uses = Counter(arg for node in program.nodes for arg in node.args)
+    uses = Counter([arg for node in program.nodes for arg in node.args])
     uses.update(program.outputs)
     texts: list[_Text] = []
     origin = ""
@@ -109,19 +109,20 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
 
 
 def _expression(node: Node, texts: list[_Text], symbols: Mapping[str, str], syntax: Syntax) -> _Text:
-    if node.op is Op.CONST:
-        assert node.value is not None
-        number = syntax.number(float(node.value))
-        return _Text(number, UNARY if number.startswith("-") else ATOM)
-    if node.op is Op.INPUT:
-        assert node.name is not None
-        return _Text(symbols[node.name])
-    args = [texts[i] for i in node.args]
-    if node.op is Op.NEG:
-        return _Text(f"-{args[0].inside(ATOM)}", UNARY)  # -(-x): a double minus is another operator in C
-    if node.op in INFIX:
-        symbol, strength = INFIX[node.op]
+    op, operands, value, name, _ = node
+    args = [texts[i] for i in operands]
+    infix = INFIX.get(op)
+    if infix is not None:
+        symbol, strength = infix
         # Operators group to the left: only the right operand needs care; (a + b) + c needs no brackets.
         left, right = args[0].inside(strength), args[1].inside(strength + 1)
         return _Text(f"{left}{symbol}{right}", strength)
-    return _Text(f"{syntax.calls[node.op]}({', '.join(a.text for a in args)})")
+    if value is not None:
+        number = syntax.number(float(value))
+        return _Text(number, UNARY if number.startswith("-") else ATOM)
+    if not args:
+        assert name is not None
+        return _Text(symbols[name])
+    if op is Op.NEG:
+        return _Text(f"-{args[0].inside(ATOM)}", UNARY)  # -(-x): a double minus is another operator in C
+    return _Text(f"{syntax.calls[op]}({', '.join([a.text for a in args])})")

@@ -99,6 +99,20 @@ def variants(
 
 
 @app.command()
+def cost(
+    model: Model,
+    function: Annotated[
+        str | None, typer.Option("--function", help="Pass by pass, for this function: inverse_dynamics, mass_matrix_p.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Count the operations of each function of the kernel, and the time that optimising it takes."""
+    from symdyn.faces import cost_command
+
+    cost_command.cost(model, function, json)
+
+
+@app.command()
 def generate(
     models: Annotated[list[str] | None, typer.Argument(help="Robots to generate.")] = None,
     out: Annotated[

@@ -68,7 +68,7 @@ class _Lowering:
 
     def step(self, step: Step) -> None:
         line = self.expression(step.expression, step.origin)
-        if self.builder.op(line) is not Op.INPUT:
+        if self.builder.ops[line] is not Op.INPUT:
             self.builder.label(line, step.symbol.name)
         self._define(step.symbol.name, (False, line))
 
@@ -147,8 +147,8 @@ class _Lowering:
         for factor, (sign, line) in factors:
             negative ^= sign
             if factor.is_Pow and factor.exp.is_negative and (2 * factor.exp).is_Integer:
-                below.append(self.builder.args(line)[1])
-            elif self.builder.value(line) != 1.0:
+                below.append(self.builder.args[line][1])
+            elif self.builder.values[line] != 1.0:
                 above.append(line)
         numerator = self._chain(Op.MUL, above) if above else self.builder.constant(1.0)
         return negative, self._make(Op.DIV, numerator, self._chain(Op.MUL, below)) if below else numerator
@@ -219,7 +219,7 @@ class _Lowering:
         negative, line = signed
         if not negative:
             return line
-        value = self.builder.value(line)
+        value = self.builder.values[line]
         return self.builder.constant(-value) if value is not None else self._make(Op.NEG, line)
 
     def _make(self, op: Op, *args: int) -> int:

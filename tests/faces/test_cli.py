@@ -27,6 +27,7 @@ COMMANDS = (
     "derive",
     "base-parameters",
     "variants",
+    "cost",
     "generate",
     "latex",
     "convert",
@@ -87,6 +88,7 @@ def test_version() -> None:
         ("base-parameters",),
         ("variants", "emps", "--states", "0"),
         ("variants", "emps", "--speed", "nan"),
+        ("cost", "emps", "--function", "inverse"),
     ],
     ids=" ".join,
 )

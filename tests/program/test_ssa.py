@@ -73,7 +73,7 @@ def test_equal_operations_are_one_line() -> None:
     assert builder.intern(Op.SUB, (x, y)) != builder.intern(Op.SUB, (y, x))
     zero = builder.constant(-0.0)
     assert zero == builder.constant(0.0)
-    assert math.copysign(1.0, builder.value(zero)) == 1.0
+    assert math.copysign(1.0, builder.values[zero]) == 1.0
 
 
 def test_the_first_label_stays_and_labels_are_unique() -> None:
