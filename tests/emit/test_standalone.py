@@ -96,7 +96,7 @@ def test_imports_math_numpy_and_numba_alone(machine: str) -> None:
 def test_calls_arithmetic_alone(machine: str) -> None:
     """Nothing in a kernel can reach a file, a process or an interpreter."""
     tree = ast.parse((GENERATED / machine.replace("-", "_") / "kernel.py").read_text(encoding="utf-8"))
-    own = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
     called = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
     allowed = {"njit", "prange", "intrinsic", "np.empty", "np.zeros", "np.array", "np.asarray", "np.intp"}
     allowed |= {"range", "abs", "min", "max", "len", "zip", "enumerate", "list", "tuple", "isinstance", "function"}
