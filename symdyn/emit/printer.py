@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from symdyn.program.angles import Turned, angles_first
 from symdyn.program.ssa import NULLARY, Node, Op, Program
 
 ADDITIVE, MULTIPLICATIVE, UNARY, ATOM = range(1, 5)  # binding strength, weakest first
@@ -33,6 +34,7 @@ class Syntax:
     comment: Callable[[str], str]  # of one line of printable text
     entry: Callable[[str, int], str] = "{}[{}]".format  # (vector, index)
     number: Callable[[float], str] = repr  # to the last bit; given a float, as repr prints it
+    turns: Callable[[Sequence[str], Sequence[str]], str] | None = None  # (names, angles): sine, cosine, sine, ...
 
 
 class _Text:
@@ -77,8 +79,11 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
     """Lines that load the inputs that are used, compute, and store output k at ``store(k)``.
 
     A line of the program gets a variable where it is used twice, has a name, or grows long; its name
-    and its origin, as a comment, are those of the derivation.
+    and its origin, as a comment, are those of the derivation. Where the syntax has ``turns``, sines and
+    cosines that no other ones go into come first, all at once.
     """
+    turned = angles_first(program) if syntax.turns else Turned(program, ())
+    program = turned.program
     vectors = argument_names(program, syntax)
     names = Names({*syntax.reserved, *vectors})
     used = used_symbols(program)
@@ -94,6 +99,13 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
     texts: list[_Text] = []
     origin = ""
     for index, node in enumerate(program.nodes):
+        if syntax.turns and turned.angles and index == turned.start:
+            turns = {pair: names.unique(label) for pair, label in turned.labels.items()}
+            targets = [turns.get((op, angle), "_") for angle in turned.angles for op in (Op.SIN, Op.COS)]
+            lines.append(syntax.turns(targets, [texts[angle].text for angle in turned.angles]))
+        if (node.op, *node.args) in turned.labels:
+            texts.append(_Text(turns[node.op, node.args[0]]))
+            continue
         text = _expression(node, texts, symbols, syntax)
         wanted = uses[index] > 1 or node.name or len(text.text) > LINE_WIDTH // 2
         if wanted and node.op not in NULLARY:
