@@ -35,8 +35,8 @@ from tests.emit.c_library import (
 from tests.emit.machines import MACHINES
 from tests.program.strategies import ARGUMENTS, POINTS, programs
 
-# Of the largest entry of a result. On x86-64 both are equal to the last bit: the same operations in the same
-# order, the same libm. Where compilers fuse multiplications and additions, 18 were seen.
+# Of the largest entry of a result: the same operations in the same order. Where compilers fuse multiplications
+# and additions, 18 were seen.
 ULPS = 64
 
 
