@@ -19,7 +19,7 @@ _WHOLE = Markup(
     "another intermediate, has no line.</p>\n{}\n</details>"
 )
 _SYMBOLS = (r"\mathrm{c}_i", r"\mathrm{s}_i", "J", r"U = [\alpha]_\times + [\omega]_\times^2", "t", "r", "b")
-_LINK = Markup("<h3>{}</h3>\n{}")
+_LINK = Markup('<h3 style="margin: 1rem 0 0">{}</h3>\n{}')
 _LAW = Markup('<p class="quiet" style="margin: 0.6em 0 0">{}</p>\n{}')
 _ROW = Markup('<div style="margin: 0.2em 0 0.2em 1.5em">{}</div>')
 
