@@ -1,69 +1,21 @@
-"""Batches in C99: every state as by itself, whatever their number; vector instructions; waves without libm."""
+"""Batches in C99: those of Numba, by vector instructions; waves without libm. Each state by itself: test_c.py."""
 
 from __future__ import annotations
 
 import math
 import platform
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from symdyn.emit.c_functions import BLOCKS, STACK, block_of
-from symdyn.emit.forms import Form
 from symdyn.program.builder import Builder
 from symdyn.program.ssa import Argument, Op, Program
-from symdyn.spec.machines import machine_names
-from tests.emit.c_library import STRICT, Array, Build, Library, Machine, Machines, files_of, of_programs, run
-from tests.emit.test_c import ULPS
+from tests.emit.c_batches import assert_close, both, states_of
+from tests.emit.c_library import STRICT, Build, Library, Machine, Machines, files_of, of_programs, run
 from tests.emit.test_vectorised import ARITHMETIC
-
-CORE = "irb6-axis1"  # one joint, nine states, and a law with jumps
-EACH = [pytest.param(name, marks=() if name == CORE else pytest.mark.slow) for name in machine_names()]
-COUNTS = (0, 1, 31, 32, 71)  # none, one, less than a block, a block, two blocks and a part
-
-
-def states_of(program: Program, p: Array, count: int) -> list[Array]:
-    """A row per state, and one vector p."""
-    rng = np.random.default_rng(count)
-    return [
-        p * rng.uniform(0.8, 1.2, p.size)
-        if argument.name == "p"
-        else rng.uniform(-2.0, 2.0, (count, len(argument.symbols)))
-        for argument in program.arguments
-    ]
-
-
-def columns(arrays: Sequence[Array]) -> list[Array]:
-    return [np.ascontiguousarray(array.T) for array in arrays]  # of a vector: itself
-
-
-def both(library: Library, form: Form, arguments: Sequence[Array], count: int) -> tuple[Array, Array]:
-    """Of rows and of columns, each as rows."""
-    size = len(form.program.outputs)
-    rows = library.many(f"{form.name}_batch", count, arguments, (count, size))
-    return rows, library.many(f"{form.name}_soa", count, columns(arguments), (size, count)).T
-
-
-def assert_close(found: Array, wanted: Array, message: str) -> None:
-    tolerance = ULPS * np.finfo(float).eps * np.abs(wanted).max(initial=0.0)
-    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=tolerance, err_msg=message)
-
-
-@pytest.mark.parametrize("machine", EACH)
-def test_each_state_of_a_batch_is_as_by_itself(machine: str, build: Build, compiled: Machine) -> None:
-    of, library = compiled(machine), build(files_of(compiled(machine)))
-    values = np.array([p.value for p in of.robot.parameters])
-    for form in of.forms:
-        for count in COUNTS:
-            arguments = states_of(form.program, values, count)
-            one = [[a if a.ndim == 1 else a[k] for a in arguments] for k in range(count)]
-            wanted = [library(form.name, state, (len(form.program.outputs),)) for state in one]
-            for found in both(library, form, arguments, count):
-                assert len(found) == count
-                assert_close(found, np.reshape(wanted, found.shape), form.name)
 
 
 @pytest.mark.parametrize("name", ["inverse_dynamics", "mass_matrix_p", "state_derivative_state_jacobian"])
