@@ -47,7 +47,8 @@ bench: $(STAMP) ## time the kernels beside Pinocchio and CasADi (builds both in 
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	@$(BIN)/python -m benchmarks.speed
 
-docs: $(STAMP) ## write the generated pages of docs/ anew (needs the recordings that SYMDYN_DATASETS names)
+docs: $(STAMP) ## write the generated pages of docs/ anew; emps.md needs the recordings that SYMDYN_DATASETS names
+	@$(BIN)/python scripts/cost_tables.py generated docs/costs.md
 	@$(BIN)/python benchmarks/emps_ladder.py
 
 wheel-test: $(STAMP) ## build the wheel, install it elsewhere, and use it there

@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
 from symdyn.base.memory import collector_paused
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
-from symdyn.emit import latex
+from symdyn.emit import latex, markdown
 from symdyn.emit.forms import Form, forms
 from symdyn.emit.kernel import Kernel, load_source
 from symdyn.emit.kernel_source import kernel_source
@@ -45,8 +45,12 @@ class Compiled:
     """Everything that follows from one robot; ``kernel()`` loads its compiled functions."""
 
     robot: Robot
-    equations: EquationsOfMotion
-    forms: tuple[Form, ...]
+    equations: EquationsOfMotion = field(repr=False)
+    forms: tuple[Form, ...] = field(repr=False)
+
+    def _repr_markdown_(self) -> str:
+        """What a notebook shows."""
+        return markdown.document(self.equations)
 
     @cached_property
     def source(self) -> str:
@@ -128,7 +132,7 @@ def _manifest(compiled: Compiled, targets: Sequence[Target], files: Mapping[str,
         "model_sha256": _sha256(compiled.robot.text),
         "templates_sha256": digest(*templates, *latex.TEMPLATES),
         "files_sha256": {name: _sha256(text) for name, text in files.items()},
-        "cost_columns": ["pass_name", "round", *(field.name for field in fields(Cost))],
+        "cost_columns": ["pass_name", "round", *(each.name for each in fields(Cost))],
         "costs": {form.name: [_cells(row) for row in notable(form.costs)] for form in compiled.forms},
     }
     return _ROW.sub(lambda row: " ".join(row[0].split()), json.dumps(facts, indent=1)) + "\n"

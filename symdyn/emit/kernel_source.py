@@ -9,7 +9,8 @@ from itertools import accumulate, pairwise
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit.forms import Form
-from symdyn.emit.numba_printer import PARAMETERS, body_lines
+from symdyn.emit.numba_printer import body_lines
+from symdyn.emit.printer import PARAMETERS
 from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
 from symdyn.program.ssa import Argument, Program

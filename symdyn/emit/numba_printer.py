@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from symdyn.emit import printer
-from symdyn.emit.printer import Syntax
+from symdyn.emit.printer import PARAMETERS, Syntax
 from symdyn.program.ssa import Op, Program
-
-PARAMETERS = "p"  # the vector that all states of a batch share
 
 NUMBA = Syntax(
     calls={

@@ -11,6 +11,7 @@ from symdyn.program.ssa import NULLARY, Node, Op, Program
 
 ADDITIVE, MULTIPLICATIVE, UNARY, ATOM = range(1, 5)  # binding strength, weakest first
 LINE_WIDTH = 100
+PARAMETERS = "p"  # the vector that all states of a batch share
 
 INFIX: Mapping[Op, tuple[str, int]] = {
     Op.ADD: (" + ", ADDITIVE),

@@ -1,8 +1,9 @@
-"""The mass matrix of a robot's links as numbers, by Jacobians: enough to see whether it is singular."""
+"""The mass matrix of a robot's links as numbers, by Jacobians: enough to see whether it is positive definite."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +19,16 @@ _DEPENDENT = 1e-10  # of the scaled matrix, the smallest eigenvalue of a singula
 _POSES = 3
 
 
-def singular_joint(robot: Robot) -> int | None:
-    """The joint about which the robot has no inertia in any pose, None where there is none or numbers are free.
+@dataclass(frozen=True, slots=True)
+class Deficiency:
+    """A joint about which there is no inertia, or a negative one."""
+
+    joint: int
+    is_negative: bool
+
+
+def deficient_joint(robot: Robot) -> Deficiency | None:
+    """Where the mass matrix is not positive definite in any pose, None where it is in one or numbers are free.
 
     The links' inertia and the rotors fixed to a joint count, and effects that add inertia there.
     """
@@ -66,15 +75,17 @@ def _of_body(link: Link, frame: Array, spins: Array, slides: Array, arms: Array,
     return result
 
 
-def _deficient(matrix: Array) -> int | None:
-    """The coordinate that a singular matrix is singular about."""
+def _deficient(matrix: Array) -> Deficiency | None:
+    """The coordinate that the matrix fails to be positive definite about."""
     scale = np.abs(np.diag(matrix))
     if not np.isfinite(matrix).all():
         return None
     if scale.min() <= _TINY * scale.max():
-        return int(scale.argmin())
+        return Deficiency(int(scale.argmin()), False)
     eigenvalues, vectors = np.linalg.eigh(matrix / np.sqrt(np.outer(scale, scale)))
-    return int(np.abs(vectors[:, 0]).argmax()) if abs(eigenvalues[0]) < _DEPENDENT else None
+    if eigenvalues[0] >= _DEPENDENT:
+        return None
+    return Deficiency(int(np.abs(vectors[:, 0]).argmax()), bool(eigenvalues[0] <= -_DEPENDENT))
 
 
 def _steps(joint: Joint, convention: Convention, q: float, values: Values) -> tuple[Array, Array]:
