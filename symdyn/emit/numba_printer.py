@@ -23,6 +23,7 @@ NUMBA = Syntax(
         Op.STEP: "_step",
         Op.MIN: "min",
         Op.MAX: "max",
+        Op.FLOOR: "np.floor",
     },
     reserved=frozenset({"out", "math", "np", "k", "S", "abs", "min", "max", "_sign", "_step", "_sin", "_cos"}),
     define="{} = {}".format,
