@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 
 import sympy as sp
@@ -56,11 +57,13 @@ def local(name: str) -> sp.Symbol:
 
 
 def number(value: Fraction | float | int) -> sp.Expr:
-    """An exact SymPy number; decimal floats become the decimal they print as (0.1 is 1/10)."""
+    """An exact SymPy number; decimal floats become the decimal they print as (0.1 is 1/10), infinity infinity."""
     if isinstance(value, Fraction):
         return sp.Rational(value.numerator, value.denominator)
     if isinstance(value, int):
         return sp.Integer(value)
+    if math.isinf(value):
+        return sp.oo if value > 0 else -sp.oo
     return sp.Rational(repr(value))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 from symdyn.base.nonsmooth import deadzone, outside
@@ -25,4 +26,5 @@ class Backlash(Effect):
     signature = "lost motion at every reversal"
 
     def transmission(self, port: Port, p: Values) -> Port | None:
-        return Port(deadzone(port.x, p["clearance"]), port.v * outside(port.x, p["clearance"]))
+        x, v = deadzone(port.x, p["clearance"]), port.v * outside(port.x, p["clearance"])
+        return replace(port, x=x, v=v)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import final
+
+import sympy as sp
 
 from symdyn.physics.effect import Effect, Port, Sensor, Values
 from symdyn.spec.effect_schema import ParameterSchema
@@ -21,5 +24,5 @@ class Tachometer(Effect):
     )
     source = "van de Ven 1986, fig. 8"
 
-    def sensor(self, port: Port, p: Values) -> Sensor:
+    def sensor(self, port: Port, p: Values, z: Sequence[sp.Expr]) -> Sensor:
         return Sensor("voltage", "V", p["constant"] * port.v)
