@@ -104,6 +104,34 @@ class outside(_PiecewiseConstant):
         return f"{self._latex_name}_{{{printer._print(self.args[1])}}}"
 
 
+class pushing(_PiecewiseConstant):
+    """0 where flanks with a clearance s > 0, engaged at x, would exert a force of the sign of x: pull; else 1."""
+
+    nargs = 3
+    _latex_name = r"\operatorname{push}"
+
+    @classmethod
+    def eval(cls, force: sympy.Expr, x: sympy.Expr, s: sympy.Expr) -> sympy.Expr | None:
+        if _width(s).is_zero or force.is_zero or x.is_zero:
+            return sympy.S.One
+        if (force * x).is_negative:
+            return sympy.S.One
+        if (force * x).is_positive and s.is_positive:
+            return sympy.S.Zero
+        if x.could_extract_minus_sign():
+            return cls(-force, -x, s)
+        return None
+
+    def _latex_head(self, printer: Any) -> str:
+        return f"{self._latex_name}_{{{printer._print(self.args[2])}}}"
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        x = self.args[1]  # the force is that of all springs and dampers there: it would only repeat them
+        twist = printer._print(x.args[0] if isinstance(x, deadzone) else x)
+        body = rf"{self._latex_head(printer)}\left({twist}\right)"
+        return body if exp is None else rf"\left({body}\right)^{{{exp}}}"
+
+
 class deadzone(_Piecewise):
     """x - s where x > s, x + s where x < -s, else 0; s >= 0 is the half-width of the gap."""
 
@@ -195,23 +223,26 @@ _KINKED = (sympy.Abs, sympy.sign, sympy.Min, sympy.Max)
 
 def is_smooth(expression: sympy.Expr) -> bool:
     """Whether the expression has no jump and no kink."""
-    return not sympy.sympify(expression).has(sign_of, step, outside, deadzone, clip, quantise, *_KINKED)
+    return not sympy.sympify(expression).has(sign_of, step, outside, pushing, deadzone, clip, quantise, *_KINKED)
 
 
 def absorb(expression: sympy.Expr) -> sympy.Expr:
-    """``out_s(x)`` is idempotent, and absorbed by ``dz_s(x)``: products that a chain rule makes get short again."""
-    return expression.replace(lambda e: (e.is_Mul or e.is_Pow) and e.has(outside), _absorb_product)
+    """``out_s(x)`` is idempotent, and absorbed by ``dz_s(x)``: products that a chain rule makes get short again.
+
+    So is ``push_s(F, x)``, idempotent.
+    """
+    return expression.replace(lambda e: (e.is_Mul or e.is_Pow) and e.has(outside, pushing), _absorb_product)
 
 
 def _absorb_product(product: sympy.Expr) -> sympy.Expr:
     factors = sympy.Mul.make_args(product)
-    if any(factor.is_Add and factor.has(outside, deadzone) for factor in factors):
+    if any(factor.is_Add and factor.has(outside, deadzone, pushing) for factor in factors):
         return absorb(sympy.expand_mul(product))
     gaps = {factor.args for factor in factors if isinstance(factor, deadzone)}
     kept: list[sympy.Expr] = []
     for factor in factors:
         base, exponent = factor.as_base_exp()
-        if isinstance(base, outside) and exponent.is_positive:
+        if isinstance(base, (outside, pushing)) and exponent.is_positive:
             if base.args not in gaps and base not in kept:
                 kept.append(base)
         else:

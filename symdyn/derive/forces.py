@@ -33,11 +33,7 @@ class Contribution:
 def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
     """Newton's way: the force along the port, spread over the coordinates by virtual work."""
     effect, values, port = item.effect, item.values, item.port
-    along = (
-        effect.force(PORT, values)
-        - sp.diff(effect.potential_energy(PORT, values), PORT.x)
-        - sp.diff(effect.dissipation(PORT, values), PORT.v)
-    )
+    along = effect.force(PORT, values) + effect.conservative(values) + effect.damping(values)
     along = port.located(sp.expand(along))
     momentum = port.located(sp.diff(effect.kinetic_energy(PORT, values), PORT.v))
     inertia_force = _time_derivative(momentum, axes)

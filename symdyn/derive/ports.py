@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from symdyn.base import symbols
+from symdyn.base.nonsmooth import pushing
 from symdyn.derive.coordinates import Coordinate, coordinates
 from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
@@ -118,16 +119,31 @@ def _drive_effects(joint: str, drive: Drive) -> Iterator[tuple[str, str, tuple[t
 def _through_transmissions(found: list[Attachment]) -> list[Attachment]:
     """Springs and dampers at a place with a transmission (backlash) feel what it lets through."""
     changed: dict[str, Port] = {}
+    play: dict[str, sp.Expr] = {}
     for item in found:
         before = changed.get(item.address, item.port)
         after = item.effect.transmission(before, item.values)
         if after is not None:
             changed[item.address] = after
-    return [
+        clearance = item.effect.play(item.values)
+        if clearance is not None:
+            play[item.address] = play.get(item.address, sp.Integer(0)) + clearance
+    moved = [
         replace(i, port=changed.get(i.address, i.port))
         for i in found
         if i.effect.transmission(i.port, i.values) is None
     ]
+    return [replace(i, port=_pushed(i.port, moved, i.address, play[i.address])) if i.address in play else i for i in moved]
+
+
+def _pushed(port: Port, found: Sequence[Attachment], address: str, play: sp.Expr) -> Port:
+    """The port of a contact that opens as soon as its springs and dampers together would pull."""
+    force = sum(
+        (port.located(i.effect.conservative(i.values) + i.effect.damping(i.values)) for i in found if i.address == address),
+        sp.Integer(0),
+    )
+    engaged = pushing(force, port.x, play)
+    return replace(port, x=port.x * engaged, v=port.v * engaged)
 
 
 def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
@@ -161,6 +177,5 @@ def _loaded(found: list[Attachment]) -> tuple[Attachment, ...]:
     """Each port with the force of the springs at its place; effects that sit at an end of a shaft go there."""
     load: dict[str, sp.Expr] = {}
     for i in found:
-        spring = -sp.diff(i.effect.potential_energy(PORT, i.values), PORT.x)
-        load[i.address] = load.get(i.address, sp.Integer(0)) + i.port.located(spring)
+        load[i.address] = load.get(i.address, sp.Integer(0)) + i.port.located(i.effect.conservative(i.values))
     return tuple(replace(i, port=replace(i.effect.seat(i.port), load=load[i.address])) for i in found)

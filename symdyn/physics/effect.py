@@ -134,6 +134,10 @@ class Effect(ABC):
         """What the other effects at this place feel instead of the port's own displacement."""
         return None
 
+    def play(self, p: Values) -> sp.Expr | None:
+        """Half the clearance of a contact, whose flanks push but never pull."""
+        return None
+
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
         return ()
 
@@ -163,6 +167,14 @@ class Effect(ABC):
 
     def sensor(self, port: Port, p: Values, z: Sequence[sp.Expr]) -> Sensor | None:
         return None
+
+    def conservative(self, p: Values) -> sp.Expr:
+        """Force along PORT of the potential energy."""
+        return -sp.diff(self.potential_energy(PORT, p), PORT.x)
+
+    def damping(self, p: Values) -> sp.Expr:
+        """Force along PORT of Rayleigh's function."""
+        return -sp.diff(self.dissipation(PORT, p), PORT.v)
 
     @classmethod
     def schema(cls) -> EffectSchema:

@@ -117,6 +117,8 @@ class _Lowering:
             return (
                 self._power(expression, operands[0]) if len(operands) == 1 else self._exponential(expression, operands)
             )
+        if isinstance(expression, nonsmooth.pushing):
+            return False, self._pushing(*(self._plain(operand) for operand in operands))
         if isinstance(expression, (nonsmooth.deadzone, nonsmooth.outside)):
             return self._gap(expression, operands)
         if isinstance(expression, nonsmooth.clip):
@@ -211,6 +213,11 @@ class _Lowering:
         x, q = (self._plain(operand) for operand in operands)
         count = self._make(Op.ADD, self._make(Op.DIV, x, q), self.builder.constant(0.5))
         return False, self._make(Op.MUL, q, self._make(Op.FLOOR, count))
+
+    def _pushing(self, force: int, x: int, s: int) -> int:
+        """1 - step(s) step(force x)."""
+        pulls = self._make(Op.MUL, self._make(Op.STEP, s), self._make(Op.STEP, self._make(Op.MUL, force, x)))
+        return self._make(Op.SUB, self.builder.constant(1.0), pulls)
 
     def _call(self, expression: sympy.Basic, operands: list[_Signed]) -> _Signed:
         op = _FUNCTIONS.get(type(expression))
