@@ -41,6 +41,16 @@ def wrench(index: int) -> sp.Symbol:
     return sp.Symbol(f"w_{index}", real=True)
 
 
+def mode(index: int) -> sp.Symbol:
+    """Of a hybrid machine: ``sigma_i`` is what its i-th switch does now."""
+    return sp.Symbol(f"sigma_{index}", real=True)
+
+
+def reference(index: int) -> sp.Symbol:
+    """Reference ``r_i`` of a servo loop."""
+    return sp.Symbol(f"r_{index}", real=True)
+
+
 def arm_effort(index: int) -> sp.Symbol:
     """Stands for the effort of a large arm along ``q_i`` where its closed form would not be read."""
     return sp.Symbol(f"tau_arm_{index}", real=True)
