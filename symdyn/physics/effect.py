@@ -99,7 +99,9 @@ class Effect(ABC):
     identifier: ClassVar[str]
     title: ClassVar[str]
     attaches_to: ClassVar[frozenset[PlaceKind]]
-    motions: ClassVar[frozenset[Motion]] = frozenset(Motion)  # of the places where it has a meaning
+    motions: ClassVar[frozenset[Motion]] = frozenset(
+        {Motion.ROTATIONAL, Motion.TRANSLATIONAL}
+    )  # of the places where it has a meaning
     parameters: ClassVar[tuple[ParameterSchema, ...]]
     source: ClassVar[str]  # where the law is published
     signature: ClassVar[str] = ""  # how it shows in a recording, for people
@@ -186,6 +188,11 @@ def mechanical(rotational: str, translational: str) -> Mapping[Motion, str]:
     return {Motion.ROTATIONAL: rotational, Motion.TRANSLATIONAL: translational}
 
 
+def same_unit(unit: str) -> Mapping[Motion, str]:
+    """A unit that does not depend on how the place moves."""
+    return {Motion.ROTATIONAL: unit, Motion.TRANSLATIONAL: unit}
+
+
 EFFORT = mechanical("N m", "N")
 DAMPING = mechanical("N m s/rad", "N s/m")
 STIFFNESS = mechanical("N m/rad", "N/m")
@@ -195,4 +202,5 @@ DISPLACEMENT = mechanical("rad", "m")
 MOVING = frozenset({PlaceKind.JOINT, PlaceKind.INERTIA})
 MECHANICAL = MOVING | {PlaceKind.SHAFT}
 CIRCUIT = frozenset({PlaceKind.CIRCUIT})
+ELECTRICAL = frozenset({Motion.ELECTRICAL})
 TURNING = frozenset({Motion.ROTATIONAL})

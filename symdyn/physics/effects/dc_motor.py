@@ -7,7 +7,7 @@ from typing import final
 
 import sympy as sp
 
-from symdyn.physics.effect import Effect, HiddenState, Port, Rate, Values
+from symdyn.physics.effect import Effect, HiddenState, Port, Rate, Values, same_unit
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.records import Motion, PlaceKind
 
@@ -23,10 +23,10 @@ class DCMotor(Effect):
     title = "permanent-magnet d.c. motor"
     attaches_to = frozenset({PlaceKind.INERTIA})
     parameters = (
-        ParameterSchema("resistance", dict.fromkeys(Motion, "Ohm"), "R", "armature resistance", None, lower=0.0),
+        ParameterSchema("resistance", same_unit("Ohm"), "R", "armature resistance", None, lower=0.0),
         ParameterSchema(
             "inductance",
-            dict.fromkeys(Motion, "H"),
+            same_unit("H"),
             "L",
             "armature inductance",
             None,
