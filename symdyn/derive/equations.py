@@ -151,8 +151,12 @@ def _states(item: Attachment) -> Iterator[HiddenStateEquation]:
 
 
 def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment, ...]) -> tuple[Input, ...]:
-    """One input per joint: its motor's voltage, its actuator's input, or else the joint effort itself."""
+    """One input per joint: its motor's voltage or the reference of its servo, its actuator's input, or its effort."""
     driven = {item.joint: item for item in items if item.effect.input_unit() is not None}
+    loops: dict[str, Attachment] = {}
+    for item in items:
+        if item.effect.reference_unit() is not None:
+            loops.setdefault(item.joint, item)
     found = []
     for i, joint in enumerate(robot.joints, start=1):
         symbol = symbols.control(i)
@@ -161,6 +165,9 @@ def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment,
         if joint.name in driven:
             gain, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
             name = f"{driven[joint.name].address}.voltage"
+            if (outer := loops.get(joint.name)) is not None:
+                unit = unit_at(outer.effect.reference_unit() or "", outer.motion)
+                name = f"{outer.address}.reference"
         elif joint.actuator is not None:
             gain, unit = expression(joint.actuator.gain), joint.actuator.input_unit
             name = f"{joint.name}.input"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import sympy as sp
@@ -12,6 +12,7 @@ from symdyn.base.nonsmooth import is_smooth
 from symdyn.derive.quantities import effect_values
 from symdyn.physics import effect as find_effect
 from symdyn.physics.effect import PORT, Effect, Values
+from symdyn.spec.monomials import value_of
 from symdyn.spec.records import ZERO, EffectSpec, Robot
 
 _CONTROL = symbols.control(1)
@@ -25,6 +26,18 @@ def without_nonsmooth(robot: Robot) -> Robot:
     """
     kept = (_smoothed(declared) for declared in robot.effects)
     return replace(robot, effects=tuple(declared for declared in kept if declared is not None))
+
+
+def without_null_effects(robot: Robot) -> Robot:
+    """The robot less its effects whose parameters, as given, make them vanish exactly."""
+    numbers = {p.name: p.value for p in robot.parameters}
+    return replace(robot, effects=tuple(e for e in robot.effects if not _is_null(e, numbers)))
+
+
+def _is_null(declared: EffectSpec, numbers: Mapping[str, float | None]) -> bool:
+    given = dict(declared.values)
+    known = [p for p in find_effect(declared.type).parameters if p.null is not None and p.name in given]
+    return bool(known) and all(value_of(given[p.name], numbers) == p.null for p in known)
 
 
 def _smoothed(declared: EffectSpec) -> EffectSpec | None:

@@ -147,12 +147,14 @@ def _pushed(port: Port, found: Sequence[Attachment], address: str, play: sp.Expr
 
 
 def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
-    """Stages between input and motor work on what the stage before hands on, in the order of declaration."""
+    """Loops and stages between input and motor work on what the one before hands on, in the order of declaration."""
     handed_on: dict[str, sp.Expr] = {}
     stages: dict[int, Attachment] = {}
     for k, item in enumerate(found):
         before = handed_on.get(item.joint, item.control)
         after = item.effect.amplified(item.values, item.states, before)
+        if after is None:
+            after = item.effect.controls(item.port, item.values, item.states, before)
         if after is not None:
             stages[k] = replace(item, control=before)
             handed_on[item.joint] = after

@@ -167,6 +167,14 @@ class Effect(ABC):
         """What this stage hands on in place of the control input, towards the motor."""
         return None
 
+    def controls(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr | None:
+        """Of a servo loop: what it hands on, when ``control`` is its reference and it measures the port."""
+        return None
+
+    def reference_unit(self) -> Unit | None:
+        """Of a servo loop: the unit of its reference."""
+        return None
+
     def sensor(self, port: Port, p: Values, z: Sequence[sp.Expr]) -> Sensor | None:
         return None
 

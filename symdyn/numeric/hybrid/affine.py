@@ -260,6 +260,46 @@ def pick(bases: Base, number: int) -> Base:
 
 
 @njit(cache=True, error_model="numpy")
+def begin(z: Array, state: Ints, bases: Base, known: Ints) -> int:
+    """Set ``state`` to what holds at ``z``: at the start, and after a jump of the inputs. Returns DONE or NEED_BASE."""
+    nf, nc = bases.speeds.shape[1], bases.gap.shape[1]
+    for _ in range(2 * len(state) + 1):  # what is limited may depend on other limits
+        number = known[base_of(state, nf, nc)]
+        if number < 0:
+            return NEED_BASE
+        base = pick(bases, number)
+        changed = False
+        for k in range(nf, len(state)):
+            now = _held(z, base, k - nf, k - nf - nc)
+            changed = changed or now != state[k]
+            state[k] = now
+        if not changed:
+            break
+    resting = np.zeros(nf, np.bool_)
+    for k in range(nf):
+        speed = 0.0
+        for i in range(len(z)):
+            speed += base.speeds[k, i] * z[i]
+        resting[k] = speed == 0.0
+        state[k] = np.int64(np.sign(speed))
+    _settle(z, state, base, resting)
+    return DONE
+
+
+@njit(cache=True, error_model="numpy")
+def _held(z: Array, base: Base, contact: int, limit: int) -> int:
+    """The state of a contact, or of a limit where ``limit`` is not negative."""
+    if limit >= 0:
+        value = base.argument[limit] @ z
+        return 1 if value > base.limits[limit, 1] else (-1 if value < base.limits[limit, 0] else 0)
+    twist = base.gap[contact] @ z
+    if abs(twist) <= base.gap_half[contact]:
+        return 0
+    press = base.high[contact] @ z if twist > 0.0 else base.low[contact] @ z
+    return (1 if twist > 0.0 else -1) * (1 if press > 0.0 else 2)
+
+
+@njit(cache=True, error_model="numpy")
 def _enter(z: Array, state: Ints, bases: Base, known: Ints, modes: Modes, horizon: float) -> int:
     """See that the mode of ``state`` is made."""
     if _find(modes, code_of(state)) >= 0:
