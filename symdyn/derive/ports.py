@@ -12,7 +12,7 @@ from symdyn.base.nonsmooth import pushing
 from symdyn.derive.coordinates import Coordinate, coordinates
 from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
-from symdyn.physics.effect import PORT, Effect, Port, Values
+from symdyn.physics.effect import Effect, Port, Values
 from symdyn.spec.records import JOINT_END, Drive, JointKind, Monomial, Motion, Robot
 
 _NO_CURRENT = Port(sp.Integer(0), sp.Integer(0))  # of a circuit, before its motor is known
@@ -133,13 +133,19 @@ def _through_transmissions(found: list[Attachment]) -> list[Attachment]:
         for i in found
         if i.effect.transmission(i.port, i.values) is None
     ]
-    return [replace(i, port=_pushed(i.port, moved, i.address, play[i.address])) if i.address in play else i for i in moved]
+    return [
+        replace(i, port=_pushed(i.port, moved, i.address, play[i.address])) if i.address in play else i for i in moved
+    ]
 
 
 def _pushed(port: Port, found: Sequence[Attachment], address: str, play: sp.Expr) -> Port:
     """The port of a contact that opens as soon as its springs and dampers together would pull."""
     force = sum(
-        (port.located(i.effect.conservative(i.values) + i.effect.damping(i.values)) for i in found if i.address == address),
+        (
+            port.located(i.effect.conservative(i.values) + i.effect.damping(i.values))
+            for i in found
+            if i.address == address
+        ),
         sp.Integer(0),
     )
     engaged = pushing(force, port.x, play)

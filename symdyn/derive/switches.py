@@ -95,8 +95,10 @@ def _expressions(equations: EquationsOfMotion) -> Iterator[tuple[str, sp.Expr]]:
 
 def _mapped(equations: EquationsOfMotion, change: Callable[[Any], Any]) -> EquationsOfMotion:
     def contribution(item: Contribution) -> Contribution:
-        parts = {name: tuple(map(change, getattr(item, name))) for name in ("inertial", "applied", "actuation")}
-        return replace(item, **parts)
+        inertial, applied, actuation = (
+            tuple(map(change, part)) for part in (item.inertial, item.applied, item.actuation)
+        )
+        return replace(item, inertial=inertial, applied=applied, actuation=actuation)
 
     return replace(
         equations,

@@ -37,7 +37,9 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
             differentiate(derivative, slips, "state_derivative_friction_jacobian"),
             "d state_derivative / d modes of the frictions; state_derivative is affine in them.",
         ),
-        Function(guards, "What decides the modes: speeds, twists, presses at upper then lower flanks, unlimited values."),
+        Function(
+            guards, "What decides the modes: speeds, twists, presses at upper then lower flanks, unlimited values."
+        ),
         Function(differentiate(guards, x.symbols, "guards_state_jacobian"), "d guards / d x."),
         Function(differentiate(guards, u.symbols, "guards_input_jacobian"), "d guards / d u."),
         Function(

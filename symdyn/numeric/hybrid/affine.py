@@ -5,23 +5,23 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.affine_modes import ORDER, Base, Modes, add_mode, code_of
+from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.hybrid.friction_modes import friction_at_rest
+from symdyn.numeric.hybrid.trajectory import CHATTERS, DONE, NEED_BASE, NO_ROOM, NOT_FINITE, TOO_MANY
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-DONE, NEED_BASE, NO_ROOM, CHATTERS, TOO_MANY, NOT_FINITE = 0, 1, 2, 3, 4, 5
 ROUNDING = 1e-14
 HERMITE_8 = 1.0 / (256.0 * 40320.0)  # of the remainder h^8 g^(8) of the interpolation by two ends
 HERMITE_7 = 0.00839 / 40320.0  # the same over the time since a root at the start
 SAME_INSTANT = 64  # switches at one instant before it is called chattering
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _advance(step: Array, mode: int, level: int, z: Array, out: Array) -> None:
     """out = z + F z; four columns at a time, which is what n is a multiple of."""
     n = len(z)
@@ -35,7 +35,7 @@ def _advance(step: Array, mode: int, level: int, z: Array, out: Array) -> None:
             )
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _times(transposed: Array, mode: int, z: Array, out: Array) -> None:
     """out = rows z."""
     width = len(out)
@@ -49,7 +49,7 @@ def _times(transposed: Array, mode: int, z: Array, out: Array) -> None:
             )
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _sizes(modes: Modes, mode: int, z: Array, values: Array, bound: Array, rounding: Array) -> None:
     """Bounds of the guards' eighth derivatives over any step from z, and what rounding makes of the guards."""
     count = len(bound)
@@ -63,7 +63,7 @@ def _sizes(modes: Modes, mode: int, z: Array, values: Array, bound: Array, round
             rounding[g] += modes.sizes[mode, j, g] * size
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _margins(g0: Array, g1: Array, bound: Array, rounding: Array, h: float, margin: Array) -> None:
     """How far each guard stays above zero over a step of length ``h``; negative or zero: not proven.
 
@@ -81,13 +81,14 @@ def _margins(g0: Array, g1: Array, bound: Array, rounding: Array, h: float, marg
         remainder = bound[g] * h * h * h * h * h * h * h * h
         least = min(min(min(p0, b1), min(b2, b3)), min(min(b4, b5), min(b6, p1)))
         slope = min(
-            min(min(b1 * 7.0, b2 * 3.5), min(b3 * 2.3333333333333335, b4 * 1.75)), min(min(b5 * 1.4, b6 * 1.1666666666666667), p1)
+            min(min(b1 * 7.0, b2 * 3.5), min(b3 * 2.3333333333333335, b4 * 1.75)),
+            min(min(b5 * 1.4, b6 * 1.1666666666666667), p1),
         )
         fresh = abs(p0) <= rounding[g]
         margin[g] = (slope - HERMITE_7 * remainder) if fresh else (least - HERMITE_8 * remainder - rounding[g])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _root(g0: Array, g1: Array, count: int, g: int, h: float) -> float:
     """Where in (0, 1] the polynomial through both ends of a step, positive at 0 and negative at 1, is zero."""
     a1, a2, a3 = g0[count + g] * h / 7.0, g0[2 * count + g] * h * h / 42.0, g0[3 * count + g] * h * h * h / 210.0
@@ -100,9 +101,10 @@ def _root(g0: Array, g1: Array, count: int, g: int, h: float) -> float:
     for _ in range(60):  # Illinois
         s = (low * at_high - high * at_low) / (at_high - at_low)
         r = 1.0 - s
-        value = (
-            r * r * r * r * (r * r * r * b[0] + 7.0 * r * r * s * b[1] + 21.0 * r * s * s * b[2] + 35.0 * s * s * s * b[3])
-            + s * s * s * s * (35.0 * r * r * r * b[4] + 21.0 * r * r * s * b[5] + 7.0 * r * s * s * b[6] + s * s * s * b[7])
+        value = r * r * r * r * (
+            r * r * r * b[0] + 7.0 * r * r * s * b[1] + 21.0 * r * s * s * b[2] + 35.0 * s * s * s * b[3]
+        ) + s * s * s * s * (
+            35.0 * r * r * r * b[4] + 21.0 * r * r * s * b[5] + 7.0 * r * s * s * b[6] + s * s * s * b[7]
         )
         if value > 0.0:
             low, at_low = s, value
@@ -119,15 +121,15 @@ def _root(g0: Array, g1: Array, count: int, g: int, h: float) -> float:
     return high
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _find(modes: Modes, code: int) -> int:
-    for k in range(modes.count[0]):
+    for k in range(modes.made[0]):
         if modes.codes[k] == code:
             return k
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def base_of(state: Ints, frictions: int, contacts: int) -> int:
     """Number of the combination of contacts and limits, three states each."""
     number = 0
@@ -139,7 +141,7 @@ def base_of(state: Ints, frictions: int, contacts: int) -> int:
     return number
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _jump(modes: Modes, mode: int, z: Array, length: int, out: Array, spare: Array) -> None:
     """out = z after ``length`` ticks: a product of the exponentials of its binary digits."""
     level = modes.step.shape[1] - 1
@@ -154,7 +156,7 @@ def _jump(modes: Modes, mode: int, z: Array, length: int, out: Array, spare: Arr
         level -= 1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def propagate(
     start: Array, state: Ints, bases: Base, known: Ints, modes: Modes, horizon: float, first: int, last: int,
     every: Array, events: Array, tally: Ints
@@ -162,8 +164,8 @@ def propagate(
     """Advance ``start`` (n,) and ``state`` (switches,) in place from step ``first`` to ``last``, each ``horizon`` long.
 
     ``every`` (steps + 1, n) receives z after each step. ``events`` (E, 4) receives time in steps, switch,
-    state before, state after; ``tally`` is [events, steps proven, tries, next step, tick within it]. Returns DONE, or what
-    is needed or wrong; called again it goes on from where it stopped.
+    state before, state after; ``tally`` is [events, steps proven, tries, next step, tick within it].
+    Returns DONE, or what is needed or wrong; called again it goes on from where it stopped.
     """
     z = start.copy()
     n, count = len(z), modes.bounds.shape[2]
@@ -241,7 +243,7 @@ def propagate(
     return DONE
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _power_below(length: int) -> int:
     """The largest power of two below ``length``."""
     power = 1
@@ -250,7 +252,7 @@ def _power_below(length: int) -> int:
     return power
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pick(bases: Base, number: int) -> Base:
     """One of stacked bases."""
     return Base(
@@ -259,7 +261,7 @@ def pick(bases: Base, number: int) -> Base:
     )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def begin(z: Array, state: Ints, bases: Base, known: Ints) -> int:
     """Set ``state`` to what holds at ``z``: at the start, and after a jump of the inputs. Returns DONE or NEED_BASE."""
     nf, nc = bases.speeds.shape[1], bases.gap.shape[1]
@@ -286,7 +288,7 @@ def begin(z: Array, state: Ints, bases: Base, known: Ints) -> int:
     return DONE
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _held(z: Array, base: Base, contact: int, limit: int) -> int:
     """The state of a contact, or of a limit where ``limit`` is not negative."""
     if limit >= 0:
@@ -299,7 +301,7 @@ def _held(z: Array, base: Base, contact: int, limit: int) -> int:
     return (1 if twist > 0.0 else -1) * (1 if press > 0.0 else 2)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _enter(z: Array, state: Ints, bases: Base, known: Ints, modes: Modes, horizon: float) -> int:
     """See that the mode of ``state`` is made."""
     if _find(modes, code_of(state)) >= 0:
@@ -310,14 +312,13 @@ def _enter(z: Array, state: Ints, bases: Base, known: Ints, modes: Modes, horizo
     return DONE if add_mode(modes, pick(bases, number), state, horizon) >= 0 else NO_ROOM
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _switch(
     z: Array, state: Ints, bases: Base, known: Ints, modes: Modes, horizon: float, mode: int, values: Array,
     events: Array, tally: Ints, time: float
 ) -> int:  # fmt: skip
     """Change the switches whose guards have been crossed, until all guards of the mode that results hold."""
     nf = bases.speeds.shape[1]
-    n = len(z)
     resting = np.zeros(nf, np.bool_)  # frictions whose speed is zero now
     for k in range(nf):
         resting[k] = state[k] == 0
@@ -359,7 +360,7 @@ def _switch(
     return DONE
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _violated(modes: Modes, mode: int, g: int, z: Array, values: Array, arriving: bool) -> bool:
     """Whether a guard is negative, or zero and about to be (not for one that has just been reached)."""
     rounding = 0.0
@@ -375,11 +376,11 @@ def _violated(modes: Modes, mode: int, g: int, z: Array, values: Array, arriving
     for order in range(1, ORDER):
         rate = values[order * count + g]
         if rate != 0.0:
-            return rate < 0.0
+            return bool(rate < 0.0)
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _settle(z: Array, state: Ints, base: Base, resting: Any) -> None:
     """Put speeds that have come to zero there exactly, and decide who sticks and who sets off which way."""
     at_rest = np.nonzero(resting)[0]

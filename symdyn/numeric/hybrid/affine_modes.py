@@ -1,13 +1,13 @@
-"""One mode of a piecewise-affine machine: its matrix with stuck friction solved, its guards, what proves a step free."""
+"""One mode of a piecewise-affine machine: its matrix with stuck friction solved, its guards, bounds on their growth."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.hybrid.exponential import expm1_levels, largest_rows
 
 Array = NDArray[np.float64]
@@ -37,9 +37,9 @@ class Base(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """The modes met so far, with room for more; ``count[0]`` of them are made."""
+    """The modes met so far, with room for more; ``made[0]`` of them are made."""
 
-    count: Ints
+    made: Ints
     codes: Ints  # (M,)
     step: Array  # (M, levels, n, n) exp - 1 of each halved step, transposed
     rows: Array  # (M, n, 4 G + n) guards, their first, second and third derivatives, dz/dt; transposed
@@ -61,7 +61,7 @@ def room(modes: int, levels: int, n: int, frictions: int, guards: int) -> Modes:
     )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def code_of(state: Ints) -> int:
     """The states of all switches, each from -2 to 2, as one number."""
     code = 0
@@ -70,10 +70,10 @@ def code_of(state: Ints) -> int:
     return code
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     """Make the mode of ``state`` (frictions, contacts, limits) and return its number, or -1 without room."""
-    number = modes.count[0]
+    number = int(modes.made[0])
     if number == len(modes.codes):
         return -1
     nf, nc, nl = len(base.speeds), len(base.gap), len(base.argument)
@@ -151,18 +151,18 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     modes.bounds[number] = largest_rows(derived, a, horizon).T
     modes.sizes[number] = np.abs(guards).T
     modes.rows[number, :, ORDER * most :] = a.T
-    modes.count[0] += 1
+    modes.made[0] += 1
     return number
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _own(modes: Modes, number: int, row: int, switch: int, target: int) -> int:
     modes.owner[number, row] = switch
     modes.target[number, row] = target
     return row + 1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _stop(a: Array, speed: Array) -> None:
     """A speed that is a state by itself stays zero exactly: its row is nothing but rounding."""
     entry = -1

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
 
 TERMS = 6  # of the series at the shortest step
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def growth_rate(a: Array) -> float:
     """An upper bound of the spectral radius of |A|: a few power steps, with the bound of Collatz and Wielandt."""
     n = len(a)
@@ -35,7 +36,7 @@ def growth_rate(a: Array) -> float:
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def expm1_levels(a: Array, step: float, out: Array) -> None:
     """out[k] (n, n) = transpose of exp(A step / 2^k) - 1, for k from 0 to len(out) - 1.
 
@@ -62,7 +63,7 @@ def expm1_levels(a: Array, step: float, out: Array) -> None:
             f = 2.0 * f + f @ f
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def bound_of_exponential(a: Array, delta: float) -> Array:
     """(n, n) B with |exp(A t)| <= B entry by entry for 0 <= t <= delta: exp(|A| delta), rounded up."""
     n = len(a)
@@ -75,7 +76,7 @@ def bound_of_exponential(a: Array, delta: float) -> Array:
     return total * (1.0 + 1e-9)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def largest_rows(rows: Array, a: Array, step: float) -> Array:
     """(m, n) R with |(rows exp(A t))_ij| <= R_ij for 0 <= t <= step: sampled, and bounded between samples."""
     m, n = rows.shape

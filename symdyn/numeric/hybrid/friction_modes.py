@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
 
 MOST_TURNS = 60  # principal pivots tried before the sweep takes over
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def friction_at_rest(free: Array, effect: Array) -> Any:
     """Share sigma (n,) of each friction's limit, in [-1, 1], at n guards whose speed is zero.
 
@@ -73,7 +74,7 @@ def friction_at_rest(free: Array, effect: Array) -> Any:
     return _sweep(free, effect)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _sweep(free: Array, effect: Array) -> Any:
     n = len(free)
     sigma = np.zeros(n)

@@ -45,7 +45,7 @@ class Machine:
         return np.asarray(getattr(self.kernel, form)(*arguments))
 
     def base(self, held: tuple[int, ...], system: Array, output: Array) -> Base:
-        """The affine system with contacts and limits as ``held`` (-1, 0, 1 each); signals of an exosystem are inputs."""
+        """The affine system with contacts and limits as ``held`` (-1, 0, 1 each); inputs come from an exosystem."""
         nf, nc, nl = (self.count(kind) for kind in (FRICTION, CONTACT, LIMIT))
         nx, nu, nw = len(self.kernel.states), len(self.kernel.inputs), len(system)
         n = -(-(nx + nw + 1) // BLOCK) * BLOCK
@@ -60,7 +60,9 @@ class Machine:
             return rows
 
         a = np.zeros((n, n))
-        a[:nx] = affine(*(self.call(f"state_derivative{kind}", x, u, s) for kind in ("", "_state_jacobian", "_input_jacobian")))
+        a[:nx] = affine(
+            *(self.call(f"state_derivative{kind}", x, u, s) for kind in ("", "_state_jacobian", "_input_jacobian"))
+        )
         a[nx : nx + nw, nx : nx + nw] = system
         friction = np.zeros((n, nf))
         if nf:
@@ -76,7 +78,9 @@ class Machine:
         """Stacked bases of every combination of contacts and limits, and the place of each in the stack."""
         held = self.count(CONTACT) + self.count(LIMIT)
         found = [self.base(combination, system, output) for combination in product((-1, 0, 1), repeat=held)]
-        return Base(*(np.ascontiguousarray(np.stack(parts)) for parts in zip(*found, strict=True))), np.arange(len(found))
+        return Base(*(np.ascontiguousarray(np.stack(parts)) for parts in zip(*found, strict=True))), np.arange(
+            len(found)
+        )
 
     @property
     def most_guards(self) -> int:

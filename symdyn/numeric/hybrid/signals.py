@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """From ``start`` on: value = sum of powers[k] t^k / k! + sum of amplitude sin(omega t + phase), t since ``start``."""
+    """From ``start`` on: value = sum of powers[k] t^k / k! + sum of a sin(omega t + phase), t since ``start``."""
 
     start: float
     powers: tuple[float, ...] = (0.0,)
@@ -28,6 +29,15 @@ class Piece:
         for amplitude, omega, phase in self.sines:
             value += amplitude * np.sin(omega * t + phase)
         return value
+
+    def since(self, now: float) -> Piece:
+        """The same, with time counted from ``now``."""
+        t = now - self.start
+        powers = tuple(
+            sum(c * t ** (j - i) / math.factorial(j - i) for j, c in enumerate(self.powers) if j >= i)
+            for i in range(len(self.powers))
+        )
+        return Piece(now, powers, tuple((a, omega, omega * t + phase) for a, omega, phase in self.sines))
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +90,7 @@ def multisine(amplitudes: Sequence[float], hertz: Sequence[float], phases: Seque
 
 
 def trapezoid(distance: float, speed: float, acceleration: float) -> Signal:
-    """From 0 to ``distance`` with trapezoidal speed, at rest afterwards; ``speed`` and ``acceleration`` are positive limits."""
+    """From 0 to ``distance`` with trapezoidal speed, then at rest; ``speed`` and ``acceleration`` are its limits."""
     way, length = (1.0 if distance >= 0 else -1.0), abs(distance)
     rise = min(speed / acceleration, (length / acceleration) ** 0.5)
     top = acceleration * rise
@@ -111,17 +121,14 @@ def exosystem(pieces: Sequence[Piece], now: float) -> tuple[Array, Array, Array]
     """(S, U, w): dw/dt = S w makes the inputs u = U w, one of each piece; w (m,) is its state at time ``now``."""
     blocks: list[tuple[Array, Array, Array, int]] = []
     for k, piece in enumerate(pieces):
-        t = now - piece.start
-        values = [
-            sum(c * t ** (j - i) / float(np.prod(np.arange(1, j - i + 1))) for j, c in enumerate(piece.powers) if j >= i)
-            for i in range(len(piece.powers))
-        ]
+        here = piece.since(now)
+        values = here.powers
         size = len(values)
         shift = np.eye(size, k=1)
         blocks.append((shift, np.eye(1, size)[0], np.array(values, dtype=np.float64), k))
-        for amplitude, omega, phase in piece.sines:
+        for amplitude, omega, phase in here.sines:
             turn = np.array([[0.0, omega], [-omega, 0.0]])
-            start = amplitude * np.array([np.sin(omega * t + phase), np.cos(omega * t + phase)])
+            start = amplitude * np.array([np.sin(phase), np.cos(phase)])
             blocks.append((turn, np.array([1.0, 0.0]), start, k))
     size = sum(len(b[2]) for b in blocks)
     system, output, start = np.zeros((size, size)), np.zeros((len(pieces), size)), np.zeros(size)

@@ -26,12 +26,23 @@ class PositionServo(Effect):
     parameters = (
         ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", None, lower=1e-12),
         ParameterSchema(
-            "integral", mechanical("V/(rad s)", "V/(m s)"), "K_I", "voltage per error and time", lower=0.0, default=0.0, zero_is_structural=True
+            "integral",
+            mechanical("V/(rad s)", "V/(m s)"),
+            "K_I",
+            "voltage per error and time",
+            lower=0.0,
+            default=0.0,
+            zero_is_structural=True,
         ),
-        ParameterSchema("derivative", mechanical("V s/rad", "V s/m"), "K_D", "voltage per speed", default=0.0, zero_is_structural=True),
         ParameterSchema(
-            "limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0
+            "derivative",
+            mechanical("V s/rad", "V s/m"),
+            "K_D",
+            "voltage per speed",
+            default=0.0,
+            zero_is_structural=True,
         ),
+        ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
     )
     source = "van de Ven 1986, fig. 8; Astrom and Hagglund 1995, PID Controllers, section 3.5"
 
@@ -45,7 +56,9 @@ class PositionServo(Effect):
         if not z:
             return ()
         asked = self._asked(port, p, z, control)
-        return (Rate(sp.Integer(1), control - port.x + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"]),)
+        return (
+            Rate(sp.Integer(1), control - port.x + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"]),
+        )
 
     def reference_unit(self) -> Unit:
         return DISPLACEMENT

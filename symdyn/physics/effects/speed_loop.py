@@ -26,11 +26,15 @@ class SpeedLoop(Effect):
     parameters = (
         ParameterSchema("proportional", mechanical("V s/rad", "V s/m"), "K_P", "voltage per error", None, lower=1e-12),
         ParameterSchema(
-            "integral", mechanical("V/rad", "V/m"), "K_I", "voltage per error and time", lower=0.0, default=0.0, zero_is_structural=True
+            "integral",
+            mechanical("V/rad", "V/m"),
+            "K_I",
+            "voltage per error and time",
+            lower=0.0,
+            default=0.0,
+            zero_is_structural=True,
         ),
-        ParameterSchema(
-            "limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0
-        ),
+        ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
     )
     source = "Siciliano, Sciavicco, Villani, Oriolo 2009, Robotics, section 8.3"
 
@@ -44,7 +48,9 @@ class SpeedLoop(Effect):
         if not z:
             return ()
         asked = self._asked(port, p, z, control)
-        return (Rate(sp.Integer(1), control - port.v + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"]),)
+        return (
+            Rate(sp.Integer(1), control - port.v + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"]),
+        )
 
     def reference_unit(self) -> Unit:
         return SPEED
