@@ -15,8 +15,11 @@ from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
 from symdyn.base.memory import collector_paused
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
+from symdyn.derive.linearize import without_null_effects
+from symdyn.derive.switches import hybrid_equations
 from symdyn.emit import latex, markdown
 from symdyn.emit.forms import Form, forms
+from symdyn.emit.hybrid_source import hybrid_source
 from symdyn.emit.kernel import Kernel, load_source
 from symdyn.emit.kernel_source import kernel_source
 from symdyn.emit.target import Target
@@ -25,6 +28,7 @@ from symdyn.emit.templates import digest
 from symdyn.physics import schemas
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
+from symdyn.program.hybrid_functions import hybrid_functions, is_affine
 from symdyn.program.optimize import CostRow, notable
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
@@ -99,6 +103,18 @@ def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
     with collector_paused():
         equations = equations_of_motion(robot)
         return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
+
+
+def compile_hybrid(robot: Robot) -> Kernel:
+    """The kernel of a robot's simulation with located events: functions of state, input and mode.
+
+    Effects that their parameters make vanish (a clearance of 0) are left out: they would switch for nothing.
+    Raises InputError (SD451) for a jump that does not belong to friction, a contact or a limit.
+    """
+    with collector_paused():
+        hybrid = hybrid_equations(equations_of_motion(without_null_effects(robot)))
+        found = hybrid_functions(hybrid)
+        return load_source(hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found)))
 
 
 def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:

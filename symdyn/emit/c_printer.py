@@ -22,6 +22,7 @@ _CALLS: Mapping[Op, str] = {
     Op.SQRT: "sqrt",
     Op.ATAN2: "atan2",
     Op.ABS: "fabs",
+    Op.FLOOR: "floor",
     Op.SIGN: "sign_of",
     Op.STEP: "step_of",
     Op.MIN: "lesser",

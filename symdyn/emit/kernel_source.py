@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise
+from types import MappingProxyType
 
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
@@ -20,8 +21,10 @@ SIDE = 8  # of the squares that rows are transposed by: as many doubles as the w
 TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2")
 
 
-def kernel_source(equations: EquationsOfMotion, forms: Sequence[Form]) -> str:
-    """The text of kernel.py: the forms of all functions as one module."""
+def kernel_source(
+    equations: EquationsOfMotion, forms: Sequence[Form], further: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """The text of kernel.py: the forms of all functions as one module; ``further`` constants by name."""
     pieces = [_function(form.program, form.name, form.doc) for form in forms]
     return render(
         "numba/kernel.py.j2",
@@ -29,19 +32,19 @@ def kernel_source(equations: EquationsOfMotion, forms: Sequence[Form]) -> str:
             "title": about(equations),
             "version": __version__,
             "tables_doc": _tables_doc(free_parameters(equations)),
-            "tables": _tables(equations),
+            "tables": _tables(equations, further),
             "block": str(BLOCK),
             "functions": "\n\n".join(pieces).rstrip("\n"),
         },
     )
 
 
-def _tables(equations: EquationsOfMotion) -> str:
+def _tables(equations: EquationsOfMotion, further: Mapping[str, str]) -> str:
     """The constants of a kernel that say what each entry of each vector is, and its unit."""
     rows = {"ROBOT": repr(equations.robot.name)}
     rows |= {name: repr(entries) for name, entries in name_tables(equations).items()}
     rows["PARAMETER_VALUES"] = f"np.array([{', '.join(_number(v) for v in parameter_values(equations))}])"
-    return "\n".join(f"{name} = {value}" for name, value in rows.items())
+    return "\n".join(f"{name} = {value}" for name, value in (rows | dict(further)).items())
 
 
 def _function(program: Program, name: str, doc: str) -> str:

@@ -21,6 +21,7 @@ NUMBA = Syntax(
         Op.STEP: "_step",
         Op.MIN: "min",
         Op.MAX: "max",
+        Op.FLOOR: "np.floor",
     },
     reserved=frozenset(
         {"out", "math", "np", "k", "S", "turns", "_", "abs", "min", "max", "_sign", "_step", "_sin", "_cos"}

@@ -31,6 +31,7 @@ _NUMBERS: dict[Op, Callable[..., float]] = {
     Op.MAX: max,
     Op.ATAN2: math.atan2,
     Op.STEP: lambda a: float(a > 0),
+    Op.FLOOR: lambda a: float(math.floor(a)),
 }
 
 
@@ -210,6 +211,7 @@ _RULES: dict[Op, Callable[[Builder, tuple[int, ...], str], int | None]] = {
     Op.SQRT: _root,
     Op.SIGN: _projection(Op.SIGN),
     Op.STEP: _projection(Op.STEP),
+    Op.FLOOR: _projection(Op.FLOOR),
     Op.MIN: _idempotent,
     Op.MAX: _idempotent,
 }

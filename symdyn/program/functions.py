@@ -37,6 +37,16 @@ def functions(equations: EquationsOfMotion, smoothing: float | None = None) -> t
     return _Functions(equations, smoothing).all()
 
 
+def state_derivative(equations: EquationsOfMotion) -> Program:
+    """d x / dt as a program of x, u and p alone, for those who need no other function."""
+    work = _Functions(equations, None)
+    steps, efforts = equations.required()
+    required = work.lower("inverse_dynamics", (work.q, work.qd, work.qdd), efforts, steps)
+    bias = _at_zero(replace(required, name="bias_force"), (work.qdd,))
+    actuation = work.lower("actuation", (work.x, work.u), equations.actuation())
+    return work.state_derivative(work.forward_dynamics(work.mass_matrix(), bias), actuation)
+
+
 class _Functions:
     def __init__(self, equations: EquationsOfMotion, smoothing: float | None) -> None:
         self.equations, self.smoothing = equations, smoothing

@@ -25,6 +25,7 @@ _FUNCTIONS = {
     sympy.sign: Op.SIGN,
     sympy.Min: Op.MIN,
     sympy.Max: Op.MAX,
+    sympy.floor: Op.FLOOR,
     sympy.atan2: Op.ATAN2,
     nonsmooth.sign_of: Op.SIGN,
     nonsmooth.step: Op.STEP,
@@ -116,8 +117,14 @@ class _Lowering:
             return (
                 self._power(expression, operands[0]) if len(operands) == 1 else self._exponential(expression, operands)
             )
+        if isinstance(expression, nonsmooth.pushing):
+            return False, self._pushing(*(self._plain(operand) for operand in operands))
         if isinstance(expression, (nonsmooth.deadzone, nonsmooth.outside)):
             return self._gap(expression, operands)
+        if isinstance(expression, nonsmooth.clip):
+            return self._clip(operands)
+        if isinstance(expression, nonsmooth.quantise):
+            return self._quantum(operands)
         return self._call(expression, operands)
 
     def _symbol(self, name: str) -> _Signed:
@@ -195,6 +202,22 @@ class _Lowering:
             return False, outside
         shift = self._make(Op.MUL, s, self._make(Op.SIGN, x))
         return negative, self._make(Op.MUL, outside, self._make(Op.SUB, x, shift))
+
+    def _clip(self, operands: list[_Signed]) -> _Signed:
+        """max(low, min(x, high))."""
+        x, low, high = (self._plain(operand) for operand in operands)
+        return False, self._make(Op.MAX, self._make(Op.MIN, x, high), low)
+
+    def _quantum(self, operands: list[_Signed]) -> _Signed:
+        """q floor(x / q + 1/2)."""
+        x, q = (self._plain(operand) for operand in operands)
+        count = self._make(Op.ADD, self._make(Op.DIV, x, q), self.builder.constant(0.5))
+        return False, self._make(Op.MUL, q, self._make(Op.FLOOR, count))
+
+    def _pushing(self, force: int, x: int, s: int) -> int:
+        """1 - step(s) step(force x)."""
+        pulls = self._make(Op.MUL, self._make(Op.STEP, s), self._make(Op.STEP, self._make(Op.MUL, force, x)))
+        return self._make(Op.SUB, self.builder.constant(1.0), pulls)
 
     def _call(self, expression: sympy.Basic, operands: list[_Signed]) -> _Signed:
         op = _FUNCTIONS.get(type(expression))

@@ -35,6 +35,7 @@ class Op(StrEnum):
     MAX = "max"
     ATAN2 = "atan2"
     STEP = "step"
+    FLOOR = "floor"
 
 
 NULLARY = frozenset({Op.CONST, Op.INPUT})

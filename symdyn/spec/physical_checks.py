@@ -13,6 +13,7 @@ from symdyn.spec.mass_matrix import deficient_joint
 from symdyn.spec.monomials import value_of
 from symdyn.spec.number_paths import number_paths
 from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot
+from symdyn.spec.structure import check_zero
 from symdyn.spec.toml_positions import KeyPath
 
 _NOT_NEGATIVE = frozenset({"mass", "inertia", "stiffness", "damping", "resistance", "inductance"})
@@ -148,6 +149,12 @@ def _check_ratio(ratio: Monomial, path: KeyPath, values: Values, findings: Findi
 
 
 def _check_motor(motor: Motor, path: KeyPath, values: Values, findings: Findings) -> None:
+    inductance = value_of(motor.inductance, values)
+    check_zero("inductance", motor.inductance, inductance, (*path, "inductance"), findings)
+    if motor.inductance.is_zero and value_of(motor.resistance, values) == 0:
+        findings.error(
+            (*path, "resistance"), "SD203", "a circuit needs a resistance or an inductance", "both of this motor are 0"
+        )
     torque, back_emf = (value_of(constant, values) for constant in (motor.torque_constant, motor.back_emf_constant))
     if torque is None or back_emf is None or not torque or not back_emf:
         return

@@ -150,7 +150,7 @@ class MotorTable(_Table):
     name: Text
     at: Text
     resistance: Number
-    inductance: Number
+    inductance: Number = 0  # neglected: the current is no state
     torque_constant: Number
     back_emf_constant: Number
 

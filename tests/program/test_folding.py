@@ -83,7 +83,7 @@ def test_each_rule(recipe: Recipe, lines: int) -> None:
 
 @pytest.mark.parametrize("op", [op for op in Op if op not in (Op.CONST, Op.INPUT)])
 def test_operations_on_numbers_fold(op: Op) -> None:
-    one = op in (Op.NEG, Op.SIN, Op.COS, Op.TAN, Op.TANH, Op.EXP, Op.LOG, Op.SQRT, Op.ABS, Op.SIGN, Op.STEP)
+    one = op in (Op.NEG, Op.SIN, Op.COS, Op.TAN, Op.TANH, Op.EXP, Op.LOG, Op.SQRT, Op.ABS, Op.SIGN, Op.STEP, Op.FLOOR)
     before = build(lambda f, x, y, c: f(op, c(0.75)) if one else f(op, c(0.75), c(-1.5)))
     after = fold_constants(before)
     assert [node.op for node in after.nodes] == [Op.CONST]
