@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from symdyn.base import symbols
+from symdyn.base.nonsmooth import is_smooth
 from symdyn.derive.coordinates import Coordinate, coordinates
 from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
@@ -116,9 +117,12 @@ def _drive_effects(joint: str, drive: Drive) -> Iterator[tuple[str, str, tuple[t
 
 
 def _through_transmissions(found: list[Attachment]) -> list[Attachment]:
-    """Springs and dampers at a place with a transmission (backlash) feel what it lets through."""
+    """Springs and dampers at a place with a transmission (backlash) feel what it lets through.
+
+    What is smooth comes first, as in a gear: the teeth stand wrongly, and then have play.
+    """
     changed: dict[str, Port] = {}
-    for item in found:
+    for item in sorted(found, key=_has_play):
         before = changed.get(item.address, item.port)
         after = item.effect.transmission(before, item.values)
         if after is not None:
@@ -128,6 +132,11 @@ def _through_transmissions(found: list[Attachment]) -> list[Attachment]:
         for i in found
         if i.effect.transmission(i.port, i.values) is None
     ]
+
+
+def _has_play(item: Attachment) -> bool:
+    through = item.effect.transmission(PORT, item.values)
+    return through is not None and not is_smooth(through.x)
 
 
 def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
