@@ -151,10 +151,12 @@ def _states(item: Attachment) -> Iterator[HiddenStateEquation]:
 
 
 def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment, ...]) -> tuple[Input, ...]:
-    """One input per joint: its motor's voltage, its actuator's input, or else the joint effort itself."""
+    """One per joint that is driven: its motor's voltage, its actuator's input, or else the joint effort itself."""
     driven = {item.joint: item for item in items if item.effect.input_unit() is not None}
     found = []
     for i, joint in enumerate(robot.joints, start=1):
+        if joint.passive:
+            continue
         symbol = symbols.control(i)
         own = next(c for c in axes if c.address == joint.name)
         gain, unit, name = sp.Integer(1), own.effort_unit, f"{joint.name}.effort"
