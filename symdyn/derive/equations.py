@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import sympy as sp
 
@@ -120,9 +122,9 @@ def equations_of_motion(robot: Robot) -> EquationsOfMotion:
         mass_steps=mass_steps.freeze(),
         arm_mass=arm_mass,
         contributions=tuple(balance(item, axes) for item in items),
-        states=tuple(state for item in items for state in _states(item)),
+        states=_told_apart([state for item in items for state in _states(item)]),
         inputs=_inputs(robot, axes, items),
-        sensors=tuple(_sensors(items)),
+        sensors=_told_apart(_sensors(items)),
         energy_steps=energy_steps.freeze(),
         kinetic=kinetic + stored_kinetic,
         potential=potential + stored_potential,
@@ -148,6 +150,20 @@ def _states(item: Attachment) -> Iterator[HiddenStateEquation]:
         yield HiddenStateEquation(
             symbol, f"{item.address}.{state.name}", unit, state.latex, sp.sympify(rate.storage), rate.change
         )
+
+
+Named = TypeVar("Named", HiddenStateEquation, Reading)
+
+
+def _told_apart(found: Sequence[Named]) -> tuple[Named, ...]:
+    """The second of two alike at one place is called _2: names are what people and files refer to."""
+    seen: Counter[str] = Counter()
+    named = []
+    for item in found:
+        seen[item.name] += 1
+        count = seen[item.name]
+        named.append(item if count == 1 else replace(item, name=f"{item.name}_{count}"))
+    return tuple(named)
 
 
 def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment, ...]) -> tuple[Input, ...]:

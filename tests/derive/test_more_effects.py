@@ -186,6 +186,14 @@ def test_a_payload_is_a_point_mass_of_the_tool() -> None:
     np.testing.assert_allclose(numbers(one, "inverse_dynamics", q=q, qd=qd, qdd=qdd), by_lagrange, rtol=1e-12)
 
 
+def test_a_link_may_be_nothing_but_its_payload() -> None:
+    bare = PENDULUM.replace("link = { mass = 0.7, inertia = { xx = 0.1, yy = 0.2, zz = 0.2 } }", "")
+    payload = '[[effect]]\ntype = "payload"\nat = "second"\nmass = 0.6\ncom_x = 0.2\n'
+    assert robot_from_text(bare + payload, "pendulum").joints
+    with pytest.raises(InputError, match="nothing there has inertia"):
+        robot_from_text(bare, "pendulum")
+
+
 def test_an_unbalance_is_a_payload_of_a_joint_that_gravity_crosses() -> None:
     payload = '[[effect]]\ntype = "payload"\nat = "first"\nmass = 0.6\ncom_x = 0.2\n'
     unbalance = '[[effect]]\ntype = "unbalance"\nat = "first"\nmass = 0.6\neccentricity = 0.2\nphase = "-90 deg"\n'
@@ -358,3 +366,12 @@ def test_a_tachometer_may_lag() -> None:
     equations = derived(effect("tachometer", "arm.motor", constant="K", time_constant="T"))
     assert equations.sensors[0].value == z2
     assert same(equations.states[1].rate, parameter("K") * v1 - z2)
+
+
+def test_two_alike_at_one_place_have_names_of_their_own() -> None:
+    encoders = [effect("encoder", "arm.motor", gain=1, offset=0, resolution=r) for r in ("D", "E")]
+    frictions = [effect("dahl_friction", "arm", stiffness=s, level="F") for s in ("s", "t")]
+    equations = derived(*encoders, *frictions)
+    assert [s.name for s in equations.sensors] == ["arm.motor.encoder", "arm.motor.encoder_2"]
+    assert [s.name for s in equations.states[1:]] == ["arm.elastic_deflection", "arm.elastic_deflection_2"]
+    assert same(equations.actuation()[1], -parameter("s") * z2 - parameter("t") * sp.Symbol("z_3", real=True))
