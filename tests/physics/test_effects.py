@@ -288,7 +288,7 @@ def unbalanced(
     for what, law, unit in laws(effect, motion):
         with workdps(DIGITS):
             expected = value_of(law, numbers) * in_digits(factor(unit, scales))
-            if not abs(value_of(law, scaled) - expected) <= abs(expected) * mpf(10) ** -20:
+            if not abs(value_of(law, scaled) - expected) <= abs(expected) * mpf(10) ** -20 + ROUNDING:
                 wrong.append(what)
     return wrong
 
