@@ -45,7 +45,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """A control input; ``force`` (n,) is what it exerts directly along each coordinate."""
+    """A control input; ``force`` (n,) is what it exerts directly along each coordinate, through its limits."""
 
     symbol: sp.Symbol
     name: str
@@ -175,14 +175,16 @@ def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment,
             continue
         symbol = symbols.control(i)
         own = next(c for c in axes if c.address == joint.name)
-        gain, unit, name = sp.Integer(1), own.effort_unit, f"{joint.name}.effort"
+        effort, unit, name = sp.sympify(symbol), own.effort_unit, f"{joint.name}.effort"
         if joint.name in driven:
-            gain, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
+            effort, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
             name = f"{driven[joint.name].address}.voltage"
         elif joint.actuator is not None:
-            gain, unit = expression(joint.actuator.gain), joint.actuator.input_unit
+            effort, unit = expression(joint.actuator.gain) * symbol, joint.actuator.input_unit
             name = f"{joint.name}.input"
-        force = tuple(gain * symbol if c is own else sp.Integer(0) for c in axes)
+        for stage in (item for item in items if item.address == joint.name):
+            effort = stage.effect.amplified(stage.values, stage.states, effort) or effort
+        force = tuple(effort if c is own else sp.Integer(0) for c in axes)
         found.append(Input(symbol, name, unit, force))
     return tuple(found)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 
@@ -22,9 +23,9 @@ from symdyn.derive.lagrange import lagrange_coefficients, textbook_coefficients
 from symdyn.program.evaluate import evaluate
 from symdyn.program.functions import functions
 from symdyn.program.ssa import Program
-from symdyn.spec.records import ONE, ZERO, Drive, EffectSpec, JointKind, Monomial, Motor, Robot
+from symdyn.spec.records import ONE, ZERO, Actuator, Drive, EffectSpec, JointKind, Monomial, Motor, Robot
 
-from .drives import BELT, driven, letter
+from .drives import BELT, RIGID, driven, letter
 from .exact import required_efforts, same
 
 N, J_m, c, d, K_T, K_E, R, L = map(parameter, ("N", "J_m", "c", "d", "K_T", "K_E", "R", "L"))
@@ -258,6 +259,27 @@ def test_stages_of_an_amplifier_act_in_the_order_of_declaration() -> None:
         (circuit,) = derived(*stages).states
         assert same(circuit.rate, volts - R * z1 - K_E * v1)
         assert same(derived(*stages, drive=NO_COIL).actuation()[0], K_T * (volts - K_E * v1) / R)
+
+
+def test_an_effort_is_limited_behind_the_gain_of_its_actuator() -> None:
+    limit = effect("effort_saturation", "arm", limit="T")
+    (plain,) = derived(limit, drive=RIGID).inputs
+    T, G = parameter("T"), parameter("G")
+    assert plain.force == (clip(u1, -T, T),)
+    robot = driven(RIGID, (limit,))
+    joint = replace(robot.joints[0], actuator=Actuator(letter("G"), "V"))
+    (geared,) = equations_of_motion(replace(robot, joints=(joint,))).inputs
+    assert (geared.force, geared.unit) == ((clip(G * u1, -T, T),), "V")
+
+
+def test_an_effort_that_no_input_gives_cannot_be_limited() -> None:
+    limit = effect("effort_saturation", "arm", limit="T")
+    with pytest.raises(InputError, match="no input is the effort of this joint") as caught:
+        derived(limit)
+    assert [problem.code for problem in caught.value.problems] == ["SD109"]
+    robot = driven(RIGID, (limit,))
+    with pytest.raises(InputError, match="no input is the effort"):
+        equations_of_motion(replace(robot, joints=(replace(robot.joints[0], passive=True),)))
 
 
 ROTOR = """\

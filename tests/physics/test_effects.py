@@ -262,7 +262,7 @@ def laws(effect: Effect, motion: Motion) -> list[tuple[str, sp.Expr, str]]:
     if current is not None:
         found.append(("current", current, "A"))
     if amplified is not None:
-        found.append(("amplified input", amplified, "V"))
+        found.append(("amplified input", amplified, push))
     return found
 
 
@@ -275,7 +275,7 @@ def scalings(effect: Effect, motion: Motion) -> dict[sp.Symbol, str]:
     units |= dict.fromkeys((PORT.v, PORT.start.v), SPEED_UNIT[motion])
     declared = zip(states(effect, p), effect.hidden_states(p), strict=True)
     units |= {symbol: unit_at(state.unit, motion) for symbol, state in declared}
-    return units | {PORT.load: EFFORT_UNIT[motion], CONTROL: "V"}
+    return units | {PORT.load: EFFORT_UNIT[motion], CONTROL: effect.input_unit() or EFFORT_UNIT[motion]}
 
 
 def unbalanced(
