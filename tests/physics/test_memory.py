@@ -72,6 +72,20 @@ def test_lugre_sticks_as_a_spring_with_a_damper() -> None:
         assert force == pytest.approx(-(40.0 * x + 1.5 * v), abs=3e-4 * 40.0 * size)
 
 
+def test_lugre_does_not_push_however_strongly_its_bristles_are_damped() -> None:
+    """Where damping that does not fall with speed would: s1 |v| > 4 g."""
+    stiff, damping = LUGRE["stiffness"], 50.0
+    law = Law("lugre_friction", {**LUGRE, "damping": damping})
+    given, would_be = [], []
+    for v in (-10.0, -0.4, 0.01, 0.5, 10.0):
+        for z in np.linspace(-0.1, 0.1, 41):
+            kept = stiff * z * law.rate(v, z)
+            given.append(law.force(v, z) * v + kept)
+            would_be.append(-(stiff * z + damping * law.rate(v, z)) * v + kept)
+    assert max(given) <= 1e-12
+    assert max(would_be) > 1.0
+
+
 def test_dahl_approaches_its_level_over_a_distance() -> None:
     """z = F_c / s (1 - exp(-s x / F_c)) from rest, at any speed."""
     for speed in (0.01, 2.0):
