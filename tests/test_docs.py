@@ -50,7 +50,16 @@ JOINT = """
 [[joint]]
 name = "{}"
 link = {{ mass = 1 }}
-drive = {{ rotors = [ {{ name = "motor", inertia = 1e-4, fixed_to_joint = true }} ] }}
+[joint.drive]
+rotors = [ {{ name = "motor", inertia = 1e-4, fixed_to_joint = true }} ]
+"""
+CIRCUIT = """
+[joint.drive.motor]
+name = "circuit"
+at = "motor"
+resistance = 1
+torque_constant = 0.1
+back_emf_constant = 0.1
 """
 AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and after it
     ("", ""),
@@ -60,6 +69,7 @@ AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and aft
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + DH + JOINT.format("axis1"), ""),
+    (HEAD + DH + JOINT.format("axis1") + CIRCUIT, ""),
     (HEAD + DH + JOINT.format("shoulder"), ""),
 )
 PAGES = [*sorted(CHECKOUT.glob("*.md")), *sorted((CHECKOUT / "docs").glob("*.md"))]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import sympy as sp
 
@@ -43,7 +45,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """A control input; ``force`` (n,) is what it exerts directly along each coordinate."""
+    """A control input; ``force`` (n,) is what it exerts directly along each coordinate, through its limits."""
 
     symbol: sp.Symbol
     name: str
@@ -120,9 +122,9 @@ def equations_of_motion(robot: Robot) -> EquationsOfMotion:
         mass_steps=mass_steps.freeze(),
         arm_mass=arm_mass,
         contributions=tuple(balance(item, axes) for item in items),
-        states=tuple(state for item in items for state in _states(item)),
+        states=_told_apart([state for item in items for state in _states(item)]),
         inputs=_inputs(robot, axes, items),
-        sensors=tuple(_sensors(items)),
+        sensors=_told_apart(_sensors(items)),
         energy_steps=energy_steps.freeze(),
         kinetic=kinetic + stored_kinetic,
         potential=potential + stored_potential,
@@ -150,8 +152,22 @@ def _states(item: Attachment) -> Iterator[HiddenStateEquation]:
         )
 
 
+Named = TypeVar("Named", HiddenStateEquation, Reading)
+
+
+def _told_apart(found: Sequence[Named]) -> tuple[Named, ...]:
+    """The second of two alike at one place is called _2: names are what people and files refer to."""
+    seen: Counter[str] = Counter()
+    named = []
+    for item in found:
+        seen[item.name] += 1
+        count = seen[item.name]
+        named.append(item if count == 1 else replace(item, name=f"{item.name}_{count}"))
+    return tuple(named)
+
+
 def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment, ...]) -> tuple[Input, ...]:
-    """One input per joint: its motor's voltage or the reference of its servo, its actuator's input, or its effort."""
+    """One per driven joint: its motor's voltage or the reference of its servo, its actuator's input, or its effort."""
     driven = {item.joint: item for item in items if item.effect.input_unit() is not None}
     loops: dict[str, Attachment] = {}
     for item in items:
@@ -159,19 +175,23 @@ def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment,
             loops.setdefault(item.joint, item)
     found = []
     for i, joint in enumerate(robot.joints, start=1):
+        if joint.passive:
+            continue
         symbol = symbols.control(i)
         own = next(c for c in axes if c.address == joint.name)
-        gain, unit, name = sp.Integer(1), own.effort_unit, f"{joint.name}.effort"
+        effort, unit, name = sp.sympify(symbol), own.effort_unit, f"{joint.name}.effort"
         if joint.name in driven:
-            gain, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
+            effort, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
             name = f"{driven[joint.name].address}.voltage"
             if (outer := loops.get(joint.name)) is not None:
                 unit = unit_at(outer.effect.reference_unit() or "", outer.motion)
                 name = f"{outer.address}.reference"
         elif joint.actuator is not None:
-            gain, unit = expression(joint.actuator.gain), joint.actuator.input_unit
+            effort, unit = expression(joint.actuator.gain) * symbol, joint.actuator.input_unit
             name = f"{joint.name}.input"
-        force = tuple(gain * symbol if c is own else sp.Integer(0) for c in axes)
+        for stage in (item for item in items if item.address == joint.name):
+            effort = stage.effect.amplified(stage.values, stage.states, effort) or effort
+        force = tuple(effort if c is own else sp.Integer(0) for c in axes)
         found.append(Input(symbol, name, unit, force))
     return tuple(found)
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from symdyn.base import symbols
-from symdyn.base.nonsmooth import pushing
+from symdyn.base.errors import InputError, Problem
+from symdyn.base.nonsmooth import is_smooth, pushing
 from symdyn.derive.coordinates import Coordinate, coordinates
 from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
@@ -66,13 +67,19 @@ def ports(robot: Robot) -> Mapping[str, Port]:
 def attachments(robot: Robot) -> tuple[Attachment, ...]:
     """Every effect of the robot, those that its drive records stand for first; inputs and states numbered.
 
-    Raises KeyError only for an effect that the catalogue lacks, which a reader has refused before.
+    Raises InputError (SD109) for a limit of the effort of a joint that is not driven by it, and KeyError
+    only for an effect that the catalogue lacks, which a reader has refused before.
     """
     at = ports(robot)
     sliding = {joint.name for joint in robot.joints if joint.kind is JointKind.PRISMATIC}
-    controls = {joint.name: symbols.control(i) for i, joint in enumerate(robot.joints, start=1)}
+    declared = tuple(_declared(robot))
+    motors = {address.partition(".")[0] for name, address, _ in declared if find_effect(name).input_unit() is not None}
+    controls = {}
+    for i, joint in enumerate(robot.joints, start=1):
+        gain = sp.Integer(1) if joint.actuator is None or joint.name in motors else expression(joint.actuator.gain)
+        controls[joint.name] = gain * symbols.control(i)
     found, count = [], 0
-    for identifier, address, given in _declared(robot):
+    for identifier, address, given in declared:
         item = find_effect(identifier)
         values = effect_values(item, given)
         states = tuple(symbols.hidden(count + k) for k, _ in enumerate(item.hidden_states(values), start=1))
@@ -80,7 +87,9 @@ def attachments(robot: Robot) -> tuple[Attachment, ...]:
         motion = Motion.TRANSLATIONAL if address in sliding else Motion.ROTATIONAL
         control = controls[address.partition(".")[0]]
         found.append(Attachment(item, address, at.get(address, _NO_CURRENT), values, motion, control, states))
-    return _loaded(_in_circuits(_through_amplifiers(_through_transmissions(found)), robot))
+    found = _through_amplifiers(_through_transmissions(found))
+    _check_stages(found, robot, motors)
+    return _loaded(_in_circuits(found, robot))
 
 
 def _port(coordinate: Coordinate) -> Port:
@@ -117,10 +126,13 @@ def _drive_effects(joint: str, drive: Drive) -> Iterator[tuple[str, str, tuple[t
 
 
 def _through_transmissions(found: list[Attachment]) -> list[Attachment]:
-    """Springs and dampers at a place with a transmission (backlash) feel what it lets through."""
+    """Springs and dampers at a place with a transmission (backlash) feel what it lets through.
+
+    What is smooth comes first, as in a gear: the teeth stand wrongly, and then have play.
+    """
     changed: dict[str, Port] = {}
     play: dict[str, sp.Expr] = {}
-    for item in found:
+    for item in sorted(found, key=_has_play):
         before = changed.get(item.address, item.port)
         after = item.effect.transmission(before, item.values)
         if after is not None:
@@ -152,6 +164,11 @@ def _pushed(port: Port, found: Sequence[Attachment], address: str, play: sp.Expr
     return replace(port, x=port.x * engaged, v=port.v * engaged)
 
 
+def _has_play(item: Attachment) -> bool:
+    through = item.effect.transmission(PORT, item.values)
+    return through is not None and not is_smooth(through.x)
+
+
 def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
     """Loops and stages between input and motor work on what the one before hands on, in the order of declaration."""
     handed_on: dict[str, sp.Expr] = {}
@@ -165,6 +182,18 @@ def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
             stages[k] = replace(item, control=before)
             handed_on[item.joint] = after
     return [stages.get(k) or replace(i, control=handed_on.get(i.joint, i.control)) for k, i in enumerate(found)]
+
+
+def _check_stages(found: list[Attachment], robot: Robot, motors: set[str]) -> None:
+    """What works on the effort of a joint needs one that comes from an input, not from a motor."""
+    undriven = motors | {joint.name for joint in robot.joints if joint.passive}
+    for i in found:
+        works = i.effect.amplified(i.values, i.states, i.control) is not None
+        if works and i.address in undriven:
+            where = next((e.where for e in robot.effects if (e.type, e.at) == (i.effect.identifier, i.address)), None)
+            message = f"{i.effect.identifier} at '{i.address}': no input is the effort of this joint"
+            hint = "where there is a motor, its circuit is the place for the stages of its amplifier"
+            raise InputError(Problem("SD109", message, where, hint))
 
 
 def _in_circuits(found: list[Attachment], robot: Robot) -> list[Attachment]:

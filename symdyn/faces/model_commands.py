@@ -138,6 +138,12 @@ def effects(json: bool) -> None:
         return
     shown = [(r["effect"], ", ".join(r["at"]), ", ".join(r["parameters"]), r["signature"]) for r in rows]
     print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown)
+    for r in rows:
+        out.print(f"\n{r['effect']}: {r['title']} ({r['source']})", markup=False)
+        for quantity, law in r["laws"].items():
+            out.print(f"  {quantity} = {law}", markup=False)
+        if r["rivals"]:
+            out.print(f"  rivals: {', '.join(r['rivals'])}", markup=False)
 
 
 def refuse_free_parameters(robot: Robot) -> None:

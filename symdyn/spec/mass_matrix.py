@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ Values = Mapping[str, float | None]
 _TINY = 1e-12  # of the largest; below, an inertia is rounding
 _DEPENDENT = 1e-10  # of the scaled matrix, the smallest eigenvalue of a singular one
 _POSES = 3
+_POSITION = ("com_x", "com_y", "com_z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,7 @@ def deficient_joint(robot: Robot) -> Deficiency | None:
 
 
 def mass_matrix(robot: Robot, q: Array, values: Values) -> Array:
-    """(n, n) of the links and the tool, without drives."""
+    """(n, n) of the links, what they carry, and the tool, without drives."""
     n = len(robot.joints)
     total = np.zeros((n, n))
     spins, slides, arms = np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n))
@@ -55,7 +56,7 @@ def mass_matrix(robot: Robot, q: Array, values: Values) -> Array:
         turns = joint.kind is JointKind.REVOLUTE
         (spins if turns else slides)[:, i] = axis_frame[:3, 2]
         arms[:, i] = axis_frame[:3, 3]
-        bodies = [(joint.link, frame)]
+        bodies = [(joint.link, frame), *((link, frame) for link in _carried(robot, joint))]
         if robot.tool is not None and i == n - 1:
             bodies.append((robot.tool.link, frame @ _placed(robot.tool.placement, values)))
         for link, at in bodies:
@@ -127,6 +128,15 @@ def _added(robot: Robot, joint: Joint, values: Values) -> float:
         ratio = _number(joint.drive.ratio, values)
         total += ratio**2 * sum(_number(r.inertia, values) for r in joint.drive.rotors if r.fixed_to_joint)
     return total
+
+
+def _carried(robot: Robot, joint: Joint) -> Iterator[Link]:
+    """The point masses that effects put on the link: those with a mass and its position."""
+    for declared in robot.effects:
+        given = dict(declared.values)
+        if declared.at == joint.name and {"mass", *_POSITION} <= given.keys():
+            x, y, z = (given[name] for name in _POSITION)
+            yield Link(given["mass"], (x, y, z))
 
 
 def _number(monomial: Monomial, values: Values) -> float:

@@ -201,6 +201,7 @@ class Joint:
     actuator: Actuator | None = None
     limits: Limits | None = None
     description: str = ""
+    passive: bool = False  # nothing drives it: a bending link, a swing
 
 
 @dataclass(frozen=True, slots=True)

@@ -182,6 +182,7 @@ class JointTable(_Table):
     drive: DriveTable | None = None
     actuator: ActuatorTable | None = None
     limits: LimitsTable | None = None
+    passive: bool = False
 
 
 class EffectTable(_Table):

@@ -244,11 +244,14 @@ def test_effects_lists_the_catalogue() -> None:
     assert (done.code, done.err) == (0, "")
     rows = {row["effect"]: row for row in done.json()}
     assert list(rows) == list(catalogue())
-    keys = {"effect", "title", "at", "parameters", "signature", "rivals", "source"}
+    keys = {"effect", "title", "at", "parameters", "laws", "signature", "rivals", "source"}
     assert all(row.keys() == keys for row in rows.values())
     viscous = rows["viscous_friction"]
     assert viscous["at"] == ["inertia", "joint", "shaft"]
     assert viscous["parameters"] == {"coefficient": {"rotational": "N m s/rad", "translational": "N s/m"}}
+    assert viscous["laws"] == {"dissipation function": "coefficient*v**2/2"}
+    assert rows["dahl_friction"]["laws"]["d elastic_deflection / dt"].startswith("-elastic_deflection*stiffness*Abs(v)")
+    assert all(row["laws"] for row in rows.values())
     shown = run("effects")
     assert (shown.code, shown.err) == (0, "")
     assert all(row["signature"].split(" ")[0] in shown.out for row in rows.values())

@@ -40,7 +40,6 @@ link = { mass = 1.2 }
 [joint.drive]
 ratio = -2
 rotors = [ { name = "rotor", inertia = 0.04, fixed_to_joint = true } ]
-motor = { name = "armature", at = "rotor", resistance = 1.1, torque_constant = 0.7, back_emf_constant = 0.7 }
 """
 
 
@@ -57,6 +56,8 @@ def blocks() -> Iterator[str]:
     robot = robot_from_text(BARE, "bare")
     for k, (identifier, effect) in enumerate(catalogue().items()):
         fitting = [p for p in places(robot) if p.kind in effect.attaches_to and p.motion in effect.motions]
+        if identifier == "effort_saturation":
+            fitting = [place for place in fitting if place.address == "slides"]  # which has no motor
         if identifier != "dc_motor":
             yield block(identifier, fitting[k % len(fitting)])
 

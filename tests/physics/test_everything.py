@@ -59,12 +59,15 @@ def received(item: Attachment) -> sp.Expr:
 
 @cache
 def book_keeping() -> tuple[Program, Program]:
-    """(energy in hidden states, power that all effects give) as programs of x, u, p."""
+    """(energy in hidden states, power that all effects and inputs give) as programs of x, u, p."""
     equations, programs, _ = machine()
     x, u, p = programs["state_derivative"].arguments
     items = equations.attachments
     stored = sum((i.effect.stored_energy(i.values, i.states) for i in items), sp.Integer(0))
     given = sum((received(i) for i in items), sp.Integer(0))
+    given += sum(
+        (f * a.qd for i in equations.inputs for f, a in zip(i.force, equations.axes, strict=True)), sp.Integer(0)
+    )
     made = [lower(name, (x, u, p), (), [law], (1,)) for name, law in (("stored", stored), ("given", given))]
     return made[0], made[1]
 
@@ -126,6 +129,7 @@ def test_the_linear_part_keeps_what_is_smooth() -> None:
         "asymmetric_viscous_friction",
         "backlash",
         "coulomb_friction",
+        "effort_saturation",
         "load_dependent_friction",
         "quadratic_drag",
         "stribeck_friction",

@@ -22,7 +22,7 @@ class Ammeter(Effect):
         ParameterSchema("gain", {Motion.ELECTRICAL: "1"}, "G_a", "shown per true current", default=1.0),
         ParameterSchema("offset", {Motion.ELECTRICAL: "A"}, "I_0", "shown without current", default=0.0),
     )
-    source = "van de Ven 1986, section 4.2 (measured motor current)"
+    source = "van de Ven 1986, fig. 5"
     signature = "current off by a factor or a constant"
 
     def sensor(self, port: Port, p: Values, z: Sequence[sp.Expr]) -> Sensor:

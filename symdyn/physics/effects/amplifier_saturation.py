@@ -25,7 +25,7 @@ class AmplifierSaturation(Effect):
     parameters = (
         ParameterSchema("limit", {Motion.ELECTRICAL: "V"}, r"U_{\max}", "largest output", null=math.inf, lower=0.0),
     )
-    source = "van de Ven 1986, fig. 8 and section 4.2 (gain and limit of the amplifier)"
+    source = "van de Ven 1986, fig. 8"
     signature = "voltage stands at a constant while the input goes on"
 
     def amplified(self, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
