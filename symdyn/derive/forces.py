@@ -34,12 +34,7 @@ def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
     """Newton's way: the force along the port, spread over the coordinates by virtual work."""
     effect, values = item.effect, item.values
     here = {PORT.x: item.port.x, PORT.v: item.port.v}
-    along = (
-        effect.force(PORT, values)
-        - sp.diff(effect.potential_energy(PORT, values), PORT.x)
-        - sp.diff(effect.dissipation(PORT, values), PORT.v)
-    )
-    along = sp.expand(along).subs(here, simultaneous=True)
+    along = sp.expand(force_along_port(item)).subs(here, simultaneous=True)
     momentum = sp.diff(effect.kinetic_energy(PORT, values), PORT.v).subs(here, simultaneous=True)
     inertia_force = _time_derivative(momentum, axes)
     driven = sp.Integer(0)
@@ -51,6 +46,16 @@ def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
         tuple(arm * inertia_force for arm in lever),
         tuple(absorb(arm * along) for arm in lever),
         tuple(arm * driven for arm in lever),
+    )
+
+
+def force_along_port(item: Attachment) -> sp.Expr:
+    """The effect's law as a force along its port, in the port's own displacement and velocity."""
+    effect, values = item.effect, item.values
+    return (
+        effect.force(PORT, values)
+        - sp.diff(effect.potential_energy(PORT, values), PORT.x)
+        - sp.diff(effect.dissipation(PORT, values), PORT.v)
     )
 
 
