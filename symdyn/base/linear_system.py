@@ -63,6 +63,12 @@ class Derivatives:
     c: Array
     d: Array
 
+    @property
+    def used(self) -> tuple[bool, ...]:
+        """Of each parameter, whether the linear model has it at all."""
+        parts = (self.e, self.f, self.h, self.c, self.d)
+        return tuple(any(bool(part[k].any()) for part in parts) for k in range(len(self.f)))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearFamily:

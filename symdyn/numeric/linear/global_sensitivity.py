@@ -58,10 +58,9 @@ class GlobalSensitivity:
 
 def default_ranges(family: LinearFamily, spread: float = SPREAD, parameters: Sequence[str] = ()) -> dict[str, tuple[float, float]]:
     """Nominal value -+ ``spread``, of those named or of all that are not zero and in the linear model."""
-    derivatives = family.derivatives(family.values)
     ranges = {}
-    for k, (name, value) in enumerate(zip(family.parameters, family.values, strict=True)):
-        moves = any(getattr(derivatives, part)[k].any() for part in "efhcd")
+    used = family.derivatives(family.values).used
+    for name, value, moves in zip(family.parameters, family.values, used, strict=True):
         if value != 0 and (name in parameters if parameters else moves):
             low, high = sorted((value * (1 - spread), value * (1 + spread)))
             ranges[name] = (float(low), float(high))

@@ -65,7 +65,7 @@ def one_at_a_time(
         k = family.index(name)
         if family.values[k] == 0.0:
             continue
-        progress(f"varying {name}")
+        progress(f"step {name} varied")
         for factor in factors:
             values = family.values.copy()
             values[k] *= factor

@@ -112,11 +112,7 @@ def propose(
     search = _Search(family, band, input, output)
     channel = {"input": search.input, "output": search.output}
     nominal, derivatives = family.nominal, family.derivatives(family.values)
-    used = [
-        bool(derivatives.f[k].any() or derivatives.e[k].any() or derivatives.h[k].any()
-             or derivatives.c[k].any() or derivatives.d[k].any())
-        for k in range(len(family.parameters))
-    ]  # fmt: skip
+    used = derivatives.used
     progress("parameters at zero")
     zeroed = _zeroed(search, [name for name, is_used in zip(family.parameters, used, strict=True) if is_used])
     progress("rigid shafts")
@@ -176,9 +172,10 @@ def _spend(
     state, in_file = _State(search.family.values), search.family.values
     unstable = _unstable(search.system(state))
     taken: list[Step] = []
-    for kind, what, members, alone in sorted(possible, key=lambda row: row[3].worst):
+    # lumps first: they keep what a drop would lose
+    for kind, what, members, alone in sorted(possible, key=lambda row: (row[0] != "lump", row[3].worst)):
         if alone.worst > tolerance:
-            break
+            continue
         changed = _State(state.values, (*state.rigid, what)) if kind == "rigid" else state
         if kind != "rigid":
             changed = _State(_changed(search.family, state.values, kind, what, members), state.rigid)
