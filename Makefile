@@ -48,6 +48,7 @@ bench: $(STAMP) ## time the kernels beside Pinocchio and CasADi (builds both in 
 	@$(BIN)/python -m benchmarks.speed
 
 docs: $(STAMP) ## write the generated pages of docs/ anew (needs the recordings that SYMDYN_DATASETS names)
+	@$(BIN)/python -m benchmarks.paper
 	@$(BIN)/python benchmarks/emps_ladder.py
 
 wheel-test: $(STAMP) ## build the wheel, install it elsewhere, and use it there

@@ -1,4 +1,4 @@
-"""What frequency, sensitivity and reduce have in common: the linear model they ask for, its band, JSON of its records."""
+"""What frequency, sensitivity and reduce have in common: the linear model asked for, its band, JSON of records."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from symdyn.numeric.linear.cost import Cost
 from symdyn.numeric.linear.modes import Mode
 from symdyn.spec.records import Robot
 
-POINTS = 2000  # most that are asked for at once: 1 000 000
 MOST_POINTS = 1_000_000
 _RESTS = 1e-9  # of the size of the coefficients: rates below it are rounding
 
@@ -72,7 +71,9 @@ def tell(linear: Linear) -> None:
         err.print(f"linear part, without {', '.join(linear.left_out)}", markup=False)
     if linear.drift:
         rates = ", ".join(f"d {name}/dt = {rate:.4g}" for name, rate in linear.drift.items())
-        err.print(f"the machine does not rest at this point: {rates} (SI units); --at sets states and inputs", markup=False)
+        err.print(
+            f"the machine does not rest at this point: {rates} (SI units); --at sets states and inputs", markup=False
+        )
 
 
 def band_of(low: float | None, high: float | None, modes: Sequence[Mode]) -> tuple[float, float]:

@@ -70,7 +70,10 @@ def told(step: Step) -> str:
 
 def _print(linear: Linear, found: Reduction) -> None:
     band = f"{found.band.low:g} to {found.band.high:g} Hz"
-    out.print(f"{linear.robot.name}, {found.input} to {found.output}, {band}, at most {100 * found.tolerance:g} %", markup=False)
+    out.print(
+        f"{linear.robot.name}, {found.input} to {found.output}, {band}, at most {100 * found.tolerance:g} %",
+        markup=False,
+    )
     rows = [(told(s), *_cells(s.alone), *_cells(s.so_far)[:1], "yes" if s.in_file else "") for s in found.steps]
     columns = ("step", "error alone", "at Hz", f"r.m.s., {found.band.signal}", "error so far", "as values")
     print_table("proposed", columns, rows)
@@ -81,12 +84,19 @@ def _print(linear: Linear, found: Reduction) -> None:
     )
     for lump in found.lumps:
         into = ", ".join(f"{name} {_percent(cost.worst)}" for name, cost in lump.alternatives)
-        out.print(f"{', '.join(lump.members)} act as one (cosine {lump.parallel:.3f}); error by place: {into}", markup=False)
+        out.print(
+            f"{', '.join(lump.members)} act as one (cosine {lump.parallel:.3f}); error by place: {into}", markup=False
+        )
     drops = [(f"{name} = 0", *_cells(cost)) for name, cost in found.zeroed[:_SHOWN]]
     drops += [(f"{name} rigid", *_cells(cost)) for name, cost in found.rigid]
     print_table("each by itself", ("taken away", "error", "at Hz", "r.m.s."), drops)
-    print_table("modes", ("mode taken away", "error", "at Hz", "r.m.s."), [(m.name, *_cells(m.cost)) for m in found.modes])
-    balanced = [(str(b.order), f"{b.hankel:.3g}", _percent(b.truncated.worst), _percent(b.residualised.worst)) for b in found.balanced]
+    print_table(
+        "modes", ("mode taken away", "error", "at Hz", "r.m.s."), [(m.name, *_cells(m.cost)) for m in found.modes]
+    )
+    balanced = [
+        (str(b.order), f"{b.hankel:.3g}", _percent(b.truncated.worst), _percent(b.residualised.worst))
+        for b in found.balanced
+    ]
     print_table("balanced", ("states", "Hankel singular value gone", "truncated", "exact at rest"), balanced)
     if found.unused:
         err.print(f"not in the linear model: {', '.join(found.unused)}", markup=False)

@@ -47,7 +47,9 @@ def run(
     if method is not None and method not in METHODS:
         raise UsageError(Problem("SD302", f"--global {method}: choose morris or sobol"))
     if not 0 < spread < 1 or (samples is not None and samples < 2) or seed < 0:
-        raise UsageError(Problem("SD302", "--spread must be between 0 and 1, --samples at least 2, --seed not negative"))
+        raise UsageError(
+            Problem("SD302", "--spread must be between 0 and 1, --samples at least 2, --seed not negative")
+        )
     if not all(math.isfinite(f) and f > 0 for f in factors):
         raise UsageError(Problem("SD302", "--factor must be positive"))
     linear = open_linear(model, at)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +21,11 @@ Array = NDArray[np.float64]
 
 WIDTH = 9.6  # inches
 COLOURS = (AFTER, BEFORE, "#2b8a3e", "#8f3fa8", "#0b7d8a", "#a83246", "#6b6b00", "#4a5bd0")
-_STYLES: tuple[tuple[float, ...] | str, ...] = ("solid", (0, (5, 2)), (0, (1.5, 1.5)))
+_STYLES: tuple[Literal["solid"] | tuple[float, tuple[float, float]], ...] = (
+    "solid",
+    (0.0, (5.0, 2.0)),
+    (0.0, (1.5, 1.5)),
+)
 
 
 def overview(response: Response, extrema: Sequence[Extremum], modes: Sequence[Mode]) -> str:
@@ -63,7 +68,10 @@ def variations(result: OneAtATime, parameters: Sequence[str]) -> str:
     with page_style():
         columns = 1 if len(parameters) == 1 else 2
         rows = -(-len(parameters) // columns)
-        figure = Figure(figsize=(WIDTH * (0.8 if columns == 1 else 1.0), 3.4 if rows == 1 else 2.2 * rows + 0.4), layout="constrained")
+        figure = Figure(
+            figsize=(WIDTH * (0.8 if columns == 1 else 1.0), 3.4 if rows == 1 else 2.2 * rows + 0.4),
+            layout="constrained",
+        )
         axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
         for ax, name in zip(axes, parameters, strict=False):
             curves = {"nominal": result.nominal.decibel}

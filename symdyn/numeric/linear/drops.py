@@ -25,9 +25,7 @@ def without(family: LinearFamily, parameter: str) -> LinearSystem | None:
 
 def shafts(system: LinearSystem) -> tuple[str, ...]:
     """Places with a spring between two coordinates: what may be made rigid."""
-    found = dict.fromkeys(
-        e.address for e in system.elements if e.stiffness > 0 and np.count_nonzero(e.lever) > 1
-    )
+    found = dict.fromkeys(e.address for e in system.elements if e.stiffness > 0 and np.count_nonzero(e.lever) > 1)
     return tuple(found)
 
 

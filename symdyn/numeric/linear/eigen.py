@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -36,7 +37,8 @@ def poles(system: LinearSystem) -> Poles:
     rows, columns = scales(system.e, system.f)
     both = np.outer(rows, columns)
     e, f = system.e * both, system.f * both
-    (alpha, beta), left, right = linalg.eig(f, e, left=True, right=True, homogeneous_eigvals=True)
+    solved: Any = linalg.eig(f, e, left=True, right=True, homogeneous_eigvals=True)
+    (alpha, beta), left, right = solved
     size = np.finfo(float).eps * len(e)
     finite = np.abs(beta) > size * np.linalg.norm(e)
     values = np.zeros(len(alpha), np.complex128)
@@ -57,6 +59,8 @@ def poles(system: LinearSystem) -> Poles:
 def pole_derivatives(found: Poles, d: Derivatives) -> Complex:
     """(np, k): d pole / d parameter = w^H (dF - pole dE) v; NaN for defective poles."""
     moved = np.einsum("ik,pij,jk->pk", found.left.conj(), d.f.astype(np.complex128), found.right, optimize=True)
-    moved -= found.values * np.einsum("ik,pij,jk->pk", found.left.conj(), d.e.astype(np.complex128), found.right, optimize=True)
+    moved -= found.values * np.einsum(
+        "ik,pij,jk->pk", found.left.conj(), d.e.astype(np.complex128), found.right, optimize=True
+    )
     moved[:, found.defective] = np.nan
     return np.asarray(moved, np.complex128)

@@ -37,7 +37,7 @@ class MorrisEffect:
 
 @dataclass(frozen=True, slots=True)
 class SobolIndex:
-    """Share of the variance that one parameter causes alone, and in ``total`` with the others; half-widths of intervals."""
+    """Share of the variance that one parameter causes alone, and in all; half-widths of the intervals."""
 
     parameter: str
     first: float
@@ -56,7 +56,9 @@ class GlobalSensitivity:
     table: Mapping[str, tuple[MorrisEffect, ...] | tuple[SobolIndex, ...]]
 
 
-def default_ranges(family: LinearFamily, spread: float = SPREAD, parameters: Sequence[str] = ()) -> dict[str, tuple[float, float]]:
+def default_ranges(
+    family: LinearFamily, spread: float = SPREAD, parameters: Sequence[str] = ()
+) -> dict[str, tuple[float, float]]:
     """Nominal value -+ ``spread``, of those named or of all that are not zero and in the linear model."""
     ranges = {}
     used = family.derivatives(family.values).used

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from symdyn.base.linear_system import Array, Derivatives, LinearFamily, LinearSystem
 from symdyn.numeric.linear.eigen import pole_derivatives, poles
 from symdyn.numeric.linear.modes import Mode, modes
-from symdyn.numeric.linear.resolvent import Complex, Resolvent
+from symdyn.numeric.linear.resolvent import Complex, Resolvent, laplace
 from symdyn.numeric.linear.response import Response
 from symdyn.numeric.linear.signals import Channel, channel, channel_derivatives
 
@@ -57,13 +57,13 @@ class LocalSensitivity:
     @property
     def _relative(self) -> Complex:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.values[:, None] * self.response_gradient / self.response.values
+            return np.asarray(self.values[:, None] * self.response_gradient / self.response.values)
 
     @property
     def _relative_poles(self) -> Complex:
         pole = np.array([mode.pole for mode in self.modes])
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.values[:, None] * self.pole_gradient / pole
+            return np.asarray(self.values[:, None] * self.pole_gradient / pole)
 
 
 def local_sensitivity(
@@ -86,11 +86,9 @@ def local_sensitivity(
     )
 
 
-def response_gradient(
-    system: LinearSystem, d: Derivatives, chosen: Channel, hertz: Array
-) -> tuple[Complex, Complex]:
+def response_gradient(system: LinearSystem, d: Derivatives, chosen: Channel, hertz: Array) -> tuple[Complex, Complex]:
     """G (N,) and dG/dp (np, N): with x = (sE - F)^-1 h and y = c (sE - F)^-1, dG = y (dF - s dE) x + y dh + dc x."""
-    s = 2j * np.pi * hertz
+    s = laplace(hertz)
     resolvent = Resolvent.of(system)
     x = resolvent.right(s, system.h[:, chosen.k])
     y = resolvent.left(s, chosen.row)

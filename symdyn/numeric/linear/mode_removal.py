@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from symdyn.base.linear_system import Array, LinearSystem
 from symdyn.numeric.linear.cost import Band, Cost, cost
 from symdyn.numeric.linear.eigen import poles
 from symdyn.numeric.linear.modes import modes
-from symdyn.numeric.linear.resolvent import Complex
+from symdyn.numeric.linear.resolvent import Complex, laplace
 from symdyn.numeric.linear.response import frequency_response
 from symdyn.numeric.linear.signals import channel
 
@@ -41,14 +42,16 @@ class BalancedOrder:
     residualised: Cost
 
 
-def mode_removals(system: LinearSystem, band: Band, input: str | None = None, output: str | None = None) -> tuple[ModeRemoval, ...]:
+def mode_removals(
+    system: LinearSystem, band: Band, input: str | None = None, output: str | None = None
+) -> tuple[ModeRemoval, ...]:
     """The cost of each mode alone; poles at the origin and those that meet others are left out."""
     hertz = band.hertz()
     chosen = channel(system, input, output)
     exact = frequency_response(system, hertz, input, output).values
     found = poles(system)
     residues = (chosen.row @ found.right) * (found.left.conj().T @ system.h[:, chosen.k])
-    s = 2j * np.pi * hertz
+    s = laplace(hertz)
     rows = []
     for mode, pole, residue, meets in zip(modes(system, found), found.values, residues, found.defective, strict=True):
         if pole == 0 or meets:
@@ -56,7 +59,8 @@ def mode_removals(system: LinearSystem, band: Band, input: str | None = None, ou
         gone = residue / (s - pole) + residue / pole
         if pole.imag > 0:
             gone = gone + np.conj(residue) / (s - np.conj(pole)) + np.conj(residue / pole)
-        rows.append(ModeRemoval(mode.name, complex(pole), 2 if pole.imag > 0 else 1, cost(band, hertz, exact, exact - gone)))
+        left = cost(band, hertz, exact, exact - gone)
+        rows.append(ModeRemoval(mode.name, complex(pole), 2 if pole.imag > 0 else 1, left))
     return tuple(rows)
 
 
@@ -71,7 +75,7 @@ def balanced_orders(
     chosen = channel(system, input, output)
     hertz = band.hertz()
     exact = frequency_response(system, hertz, input, output).values
-    s = 2j * np.pi * hertz
+    s = laplace(hertz)
     try:
         a, b = np.linalg.solve(system.e, system.f), np.linalg.solve(system.e, system.h[:, chosen.k])
     except np.linalg.LinAlgError:
@@ -84,13 +88,13 @@ def balanced_orders(
     found = []
     for order in range(len(hankel) - 1, -1, -1):
         cut = _simulated(s, fa[:order, :order], fb[:order], fc[:order])
-        rest = _simulated(s, *_residualised(fa, fb, fc, order)[:3]) + _residualised(fa, fb, fc, order)[3]
+        *rest, static = _residualised(fa, fb, fc, order)
         found.append(
             BalancedOrder(
                 own + order,
                 float(hankel[order]),
                 cost(band, hertz, exact, kept + cut),
-                cost(band, hertz, exact, kept + rest),
+                cost(band, hertz, exact, kept + _simulated(s, *rest) + static),
             )
         )
     return tuple(found)
@@ -121,7 +125,7 @@ def _balanced(a: Array, b: Array, c: Array) -> tuple[Array, _Siso]:
     return hankel[:size], (back @ a @ forth, back @ b, c @ forth)
 
 
-def _factor(gramian: Array) -> Array:
+def _factor(gramian: NDArray[np.floating]) -> Array:
     """L with L L^T = the gramian, whose rounding may have left it slightly indefinite."""
     values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), np.float64)

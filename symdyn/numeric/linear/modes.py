@@ -61,8 +61,8 @@ def _mode(system: LinearSystem, pole: complex, v: Complex, condition: float) -> 
     for element in system.elements:
         stiffness = stiffness - element.stiffness * np.outer(element.lever, element.lever)
         damping = damping - element.damping * np.outer(element.lever, element.lever)
-        _add(strain, element.address, element.stiffness * abs(element.lever @ displaced) ** 2 / 2)
-        _add(losses, element.address, element.damping * abs(element.lever @ moving) ** 2)
+        _add(strain, element.address, element.stiffness * float(abs(element.lever @ displaced)) ** 2 / 2)
+        _add(losses, element.address, element.damping * float(abs(element.lever @ moving)) ** 2)
     _add(strain, LINKS, float(np.real(displaced.conj() @ stiffness @ displaced)) / 2)
     circulating = (stiffness - stiffness.T) / 2
     _add(losses, LINKS, float(np.real(moving.conj() @ (damping @ moving + circulating @ displaced))))
@@ -126,7 +126,9 @@ def _normalised(motion: Complex, kinetic: Array) -> Complex:
     return motion / motion[first] if len(motion) and motion[first] != 0 else motion
 
 
-def _name(system: LinearSystem, pole: complex, shape: Complex, kinetic: list[float], hidden: Mapping[str, float]) -> str:
+def _name(
+    system: LinearSystem, pole: complex, shape: Complex, kinetic: list[float], hidden: Mapping[str, float]
+) -> str:
     short = short_names(system.coordinates)
     if pole == 0:
         return f"free motion of {_listed([s for s, x in zip(short, shape, strict=True) if abs(x) > NAMED])}"
@@ -134,7 +136,8 @@ def _name(system: LinearSystem, pole: complex, shape: Complex, kinetic: list[flo
         most = max(hidden, key=lambda name: abs(hidden[name]))
         return f"{most} settling"
     total = sum(map(abs, kinetic)) or 1.0
-    ahead, behind = [], []
+    ahead: list[str] = []
+    behind: list[str] = []
     for i in sorted(range(len(kinetic)), key=lambda i: -abs(kinetic[i])):
         if abs(kinetic[i]) >= NAMED * total:
             (ahead if shape[i].real >= 0 else behind).append(short[i])

@@ -76,7 +76,7 @@ def one_at_a_time(
 
 
 def matched(reference: Complex, moved: Complex) -> Complex:
-    """``moved`` in the order of ``reference``: the pairing of least total relative distance; NaN where there is none."""
+    """``moved`` in the order of ``reference``, paired at least relative distance; NaN where there is no partner."""
     size = np.abs(reference)[:, None] + np.abs(moved)[None, :]
     distance = np.abs(reference[:, None] - moved[None, :]) / np.where(size > 0, size, 1.0)
     found = np.full(len(reference), np.nan, np.complex128)

@@ -172,8 +172,17 @@ def _spend(
     state, in_file = _State(search.family.values), search.family.values
     unstable = _unstable(search.system(state))
     taken: list[Step] = []
-    # lumps first: they keep what a drop would lose
-    for kind, what, members, alone in sorted(possible, key=lambda row: (row[0] != "lump", row[3].worst)):
+    full = _order(search.system(state))
+
+    def rank(row: tuple[str, str, tuple[str, ...], Cost]) -> tuple[bool, float]:
+        """Lumps that leave the order first: they keep what a drop would lose; then by cost."""
+        kind, what, members, alone = row
+        keeps = kind == "lump" and full == _order(
+            search.family.at(_changed(search.family, search.family.values, kind, what, members))
+        )
+        return not keeps, alone.worst
+
+    for kind, what, members, alone in sorted(possible, key=rank):
         if alone.worst > tolerance:
             continue
         changed = _State(state.values, (*state.rigid, what)) if kind == "rigid" else state

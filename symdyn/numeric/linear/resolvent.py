@@ -20,6 +20,11 @@ _RATE = 1e3  # rad/s at which E and F are weighed against each other when they a
 _ROUNDS = 3
 
 
+def laplace(hertz: Array) -> Complex:
+    """s = j 2 pi f."""
+    return np.asarray(2j * np.pi * hertz, np.complex128)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Resolvent:
     """``rows (s E - F) columns = Q (s T_E - T_F) Z^H`` with triangular T; rows and columns are scales (nx,)."""
@@ -36,7 +41,8 @@ class Resolvent:
         rows, columns = scales(system.e, system.f)
         both = np.outer(rows, columns)
         tf, te, q, z = linalg.qz(system.f * both, system.e * both, output="complex")
-        return cls(rows, columns, te, tf, q, z)
+        triangular = (np.asarray(matrix, np.complex128) for matrix in (te, tf, q, z))
+        return cls(rows, columns, *triangular)
 
     def right(self, s: Complex, b: Array) -> Complex:
         """(nx, number of s): (s E - F)^-1 b."""
@@ -67,7 +73,7 @@ def scales(e: Array, f: Array) -> tuple[Array, Array]:
         for axis, own in ((1, rows), (0, columns)):
             total = (size * np.outer(rows, columns) ** 2).sum(axis=axis)
             own /= np.where(total > 0, total, 1.0) ** 0.25
-    return 2.0 ** np.round(np.log2(rows)), 2.0 ** np.round(np.log2(columns))
+    return np.exp2(np.round(np.log2(rows))), np.exp2(np.round(np.log2(columns)))
 
 
 def _back(te: Complex, tf: Complex, s: Complex, given: Complex) -> Complex:

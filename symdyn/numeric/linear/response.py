@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from symdyn.base.linear_system import Array, LinearSystem
-from symdyn.numeric.linear.resolvent import Complex, Resolvent
+from symdyn.numeric.linear.resolvent import Complex, Resolvent, laplace
 from symdyn.numeric.linear.signals import channel, grid
 
 
@@ -53,7 +53,7 @@ def frequency_response(
     """At frequencies ``hertz`` (N,); UsageError (SD305) for an unknown name. Infinite exactly at a pole."""
     chosen = channel(system, input, output)
     f = np.atleast_1d(np.asarray(hertz, np.float64))
-    values = Resolvent.of(system).apply(2j * np.pi * f, chosen.row, system.h[:, chosen.k]) + chosen.feed
+    values = Resolvent.of(system).apply(laplace(f), chosen.row, system.h[:, chosen.k]) + chosen.feed
     return Response(chosen.input, chosen.output, chosen.unit, f, values)
 
 
@@ -70,7 +70,7 @@ def extrema(
     column = system.h[:, chosen.k]
 
     def size(hertz: NDArray[np.float64]) -> Array:
-        values = resolvent.apply(2j * np.pi * hertz, chosen.row, column) + chosen.feed
+        values = resolvent.apply(laplace(hertz), chosen.row, column) + chosen.feed
         with np.errstate(divide="ignore"):
             return np.log(np.abs(values))
 

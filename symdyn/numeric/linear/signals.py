@@ -36,11 +36,12 @@ def channel(system: LinearSystem, input: str | None = None, output: str | None =
     if not system.inputs:
         raise UsageError(Problem("SD305", f"{system.name} has no inputs"))
     shown = input if input is not None else system.inputs[0]
-    seen = output if output is not None else (*system.outputs, *system.states)[0]
+    seen: str = output if output is not None else (*system.outputs, *system.states)[0]
     k = _index(shown, system.inputs, "input")
     if seen in system.outputs:
-        sensor: int | None = system.outputs.index(seen)
-        row, feed, unit = system.c[sensor], float(system.d[sensor, k]), system.output_units[sensor]
+        j = system.outputs.index(seen)
+        sensor: int | None = j
+        row, feed, unit = system.c[j], float(system.d[j, k]), system.output_units[j]
     else:
         i = _index(seen, system.states, "output", (*system.outputs, *system.states))
         sensor, row, feed, unit = None, np.eye(len(system.states))[i], 0.0, system.state_units[i]
