@@ -43,17 +43,18 @@ def poles(system: LinearSystem) -> Poles:
     finite = np.abs(beta) > size * np.linalg.norm(e)
     values = np.zeros(len(alpha), np.complex128)
     values[finite] = alpha[finite] / beta[finite]
-    # By the rule of Bauer and Fike on the scaled pencil: what rounding alone may have moved away from zero.
-    floor = 100 * size * np.linalg.norm(f) / max(float(np.linalg.norm(e)), np.finfo(float).tiny)
-    values[np.abs(values) < floor] = 0.0
-    values.imag[np.abs(values.imag) < 1e-10 * np.abs(values)] = 0.0
-    kept = [i for i in np.argsort(np.abs(values), kind="stable") if finite[i] and values[i].imag >= 0.0]
-    overlap = np.einsum("ij,ij->j", left.conj(), e @ right)[kept]
-    weight = np.linalg.norm(left, axis=0)[kept] * np.linalg.norm(e @ right, axis=0)[kept]
+    overlap = np.einsum("ij,ij->j", left.conj(), e @ right)
+    weight = np.linalg.norm(left, axis=0) * np.linalg.norm(e @ right, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         condition = np.nan_to_num(weight / np.abs(overlap), nan=np.inf)
-        left = (rows[:, None] * left)[:, kept] / overlap.conj()
-    return Poles(values[kept], (columns[:, None] * right)[:, kept], left, condition)
+        # First order: |change of the pole| <= |change of F| |w| |v| / |w^H E v|, and a root of it where poles meet.
+        moved = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.abs(overlap)
+        left = rows[:, None] * left / overlap.conj()
+    meeting = np.sqrt(10 * size) * np.linalg.norm(f) / np.linalg.norm(e)
+    values[np.abs(values) < np.minimum(10 * size * np.linalg.norm(f) * np.nan_to_num(moved, nan=np.inf), meeting)] = 0.0
+    values.imag[np.abs(values.imag) < 1e-10 * np.abs(values)] = 0.0
+    kept = [i for i in np.argsort(np.abs(values), kind="stable") if finite[i] and values[i].imag >= 0.0]
+    return Poles(values[kept], (columns[:, None] * right)[:, kept], left[:, kept], condition[kept])
 
 
 def pole_derivatives(found: Poles, d: Derivatives) -> Complex:

@@ -16,6 +16,7 @@ from symdyn.numeric.linear.resolvent import Complex, laplace
 from symdyn.numeric.linear.response import frequency_response
 from symdyn.numeric.linear.signals import channel
 
+_SEEN = 1e-8  # of the largest response: what such poles give less of is rounding
 _SLOW = 1e-9  # of the largest rate: poles nearer to the imaginary axis, or right of it, are kept as they are
 
 
@@ -83,7 +84,7 @@ def balanced_orders(
     a, (scale, _) = linalg.matrix_balance(a, permute=False, separate=True)
     slow, fast = _split(a, b / scale, chosen.row * scale)
     kept = _simulated(s, *slow) + chosen.feed
-    own = len(slow[0]) if np.abs(kept - chosen.feed).max() > 1e-12 * np.abs(exact).max() else 0
+    own = len(slow[0]) if np.abs(kept - chosen.feed).max() > _SEEN * np.abs(exact).max() else 0
     hankel, (fa, fb, fc) = _balanced(*fast)
     found = []
     for order in range(len(hankel) - 1, -1, -1):

@@ -45,7 +45,7 @@ def transfer_function(system: LinearSystem, input: str | None = None, output: st
     e[:n, :n] = system.e * both
     alpha, beta = linalg.eigvals(f, e, homogeneous_eigvals=True)
     finite = np.abs(beta) > _INFINITE * np.maximum(np.abs(alpha) * 1e-3, np.linalg.norm(e))
-    zeros = alpha[finite] / beta[finite]
+    zeros = _paired(alpha[finite] / beta[finite])
     found = poles(system).values
     every = np.concatenate([found, found[found.imag > 0].conj()])
     zeros, every = _cancelled(zeros, every)
@@ -53,6 +53,13 @@ def transfer_function(system: LinearSystem, input: str | None = None, output: st
     value = Resolvent.of(system).apply(point, chosen.row, system.h[:, chosen.k])[0] + chosen.feed
     gain = value / np.exp(np.log(point - zeros).sum() - np.log(point - every).sum())
     return TransferFunction(chosen.input, chosen.output, chosen.unit, _sorted(zeros), _sorted(every), float(gain.real))
+
+
+def _paired(values: Complex) -> Complex:
+    """Conjugates exactly so, real ones exactly real, which rounding may have spoilt."""
+    real = np.abs(values.imag) <= 1e-9 * np.abs(values)
+    upper = values[~real & (values.imag > 0)]
+    return np.concatenate([values[real].real, upper, upper.conj()])
 
 
 def _cancelled(zeros: Complex, every: Complex) -> tuple[Complex, Complex]:
