@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from benchmarks.paper.page import figures, page
+from benchmarks.paper.page import FIGURES, page
 from benchmarks.paper.study import study
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
@@ -20,8 +20,8 @@ def main() -> None:
     folder = parser.parse_args().out
     found = study()
     (folder / "paper").mkdir(parents=True, exist_ok=True)
-    for name, svg in figures(found).items():
-        (folder / "paper" / name).write_text(svg, encoding="utf-8")
+    for name, draw in FIGURES.items():
+        (folder / "paper" / name).write_text(draw(found), encoding="utf-8")
     (folder / "paper.md").write_text(page(found), encoding="utf-8")
 
 

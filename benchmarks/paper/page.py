@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from benchmarks.paper.claims import bands_table, claims
 from benchmarks.paper.misprints import arm_table, drive_equations, lost_damper, ratio_of_21
@@ -15,19 +15,19 @@ from symdyn.numeric.linear.propose import Reduction
 PRINTED_NAMES = ("the load against the drive", "motor and tachometer", "motor and drive")
 
 
-def figures(s: Study) -> Mapping[str, str]:
-    """SVG texts by file name."""
-    response = response_of(s, s.system)
-    return {
-        "figure-10.svg": linear_plots.overview(response, s.extrema, s.modes),
-        "figure-12.svg": linear_plots.variations(s.varied, ["c_3"]),
-        "variations.svg": linear_plots.variations(s.varied, ["L", "d_2", "d_3", "J_4"]),
-        "sensitivities.svg": linear_plots.sensitivities(s.local),
-        "reduced.svg": linear_plots.bode(
-            response.hertz,
-            {f"{s.control.full_order} states": response, f"{s.control.order} states": response_of(s, s.reduced())},
-        ),
-    }
+def _bode(s: Study) -> str:
+    full, small = response_of(s, s.system), response_of(s, s.reduced())
+    named = {f"{s.control.full_order} states": full, f"{s.control.order} states": small}
+    return linear_plots.bode(full.hertz, named)
+
+
+FIGURES: Mapping[str, Callable[[Study], str]] = {
+    "figure-10.svg": lambda s: linear_plots.overview(response_of(s, s.system), s.extrema, s.modes),
+    "figure-12.svg": lambda s: linear_plots.variations(s.varied, ["c_3"]),
+    "variations.svg": lambda s: linear_plots.variations(s.varied, ["L", "d_2", "d_3", "J_4"]),
+    "sensitivities.svg": lambda s: linear_plots.sensitivities(s.local),
+    "reduced.svg": _bode,
+}
 
 
 def page(s: Study) -> str:

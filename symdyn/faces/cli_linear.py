@@ -34,7 +34,7 @@ def frequency(
     plot: Plot = None,
     json: Json = False,
 ) -> None:
-    """Show the modes of the linear model, named by where their energy is, and a frequency response with its peaks."""
+    """Show the modes of the linear part, named by their energy, and a response with its peaks."""
     from symdyn.faces import frequency_command
 
     frequency_command.run(model, input, output, low, high, points, at or [], plot, json)
@@ -65,7 +65,7 @@ def sensitivity(
     plot: Plot = None,
     json: Json = False,
 ) -> None:
-    """Show how modes and frequency response depend on each parameter: exact derivatives, factors, or globally."""
+    """Show what each parameter does to modes and response: derivatives, factors, or globally."""
     from symdyn.faces import sensitivity_command
 
     sensitivity_command.run(
@@ -92,7 +92,7 @@ def reduce(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Propose a smaller model for a band: what to lump, drop, or make rigid, which modes to leave, at what error."""
+    """Propose a smaller model for a band: what to lump, drop or make rigid, at what error."""
     from symdyn.faces import reduce_command
 
     reduce_command.run(model, input, output, low, high, error, signal, at or [], out, json)
