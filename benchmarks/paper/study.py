@@ -10,11 +10,10 @@ from symdyn.base.linear_system import LinearFamily, LinearSystem
 from symdyn.compiler import linearise, load_robot
 from symdyn.derive.linearize import without_nonsmooth
 from symdyn.numeric.linear.cost import Band
-from symdyn.numeric.linear.drops import rigid
 from symdyn.numeric.linear.local_sensitivity import LocalSensitivity, local_sensitivity
 from symdyn.numeric.linear.modes import Mode, modes
 from symdyn.numeric.linear.one_at_a_time import OneAtATime, one_at_a_time
-from symdyn.numeric.linear.propose import Reduction, propose
+from symdyn.numeric.linear.propose import Reduction, propose, reduced
 from symdyn.numeric.linear.response import Extremum, Response, extrema, frequency_response
 from symdyn.spec.records import Robot
 
@@ -51,17 +50,7 @@ class Study:
 
     def reduced(self) -> LinearSystem:
         """The proposal for the control band, as a model."""
-        p = self.family.values.copy()
-        for step in self.control.steps:
-            at = [self.family.index(name) for name in step.members]
-            total = p[at].sum() if step.kind == "lump" else 0.0
-            p[at] = 0.0
-            if step.kind == "lump":
-                p[self.family.index(step.what)] = total
-        system = self.family.at(p)
-        for step in self.control.steps:
-            system = rigid(system, step.what) if step.kind == "rigid" else system
-        return system
+        return reduced(self.family, self.control)
 
     def with_lost_damper(self) -> tuple[Mode, ...]:
         """Modes of the model as the paper assembles it: d_2 acts on J_3 and not back on J_2."""

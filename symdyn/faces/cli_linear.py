@@ -90,9 +90,10 @@ def reduce(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Write the model with the changed parameters here.")
     ] = None,
+    plot: Plot = None,
     json: Json = False,
 ) -> None:
     """Propose a smaller model for a band: what to lump, drop or make rigid, at what error."""
     from symdyn.faces import reduce_command
 
-    reduce_command.run(model, input, output, low, high, error, signal, at or [], out, json)
+    reduce_command.run(model, input, output, low, high, error, signal, at or [], out, plot, json)

@@ -13,7 +13,8 @@ from symdyn.faces.console import err, out, print_json, print_table, status
 from symdyn.faces.linear_options import Linear, band_of, cost_facts, open_linear, tell
 from symdyn.numeric.linear.cost import Band, Cost, Signal
 from symdyn.numeric.linear.modes import modes
-from symdyn.numeric.linear.propose import Reduction, Step, propose
+from symdyn.numeric.linear.propose import Reduction, Step, propose, reduced
+from symdyn.numeric.linear.response import frequency_response
 from symdyn.spec.edit import set_parameter
 
 _SHOWN = 8  # rows of the tables of single drops
@@ -29,6 +30,7 @@ def run(
     signal: str,
     at: list[str],
     path: Path | None,
+    plot: Path | None,
     json: bool,
 ) -> None:
     if not (math.isfinite(tolerance) and 0 < tolerance < 1):
@@ -41,6 +43,8 @@ def run(
         found = propose(linear.family, band, tolerance, input, output, progress)
     if path is not None:
         write_atomically(path, reduced_text(linear, found))
+    if plot is not None:
+        write_atomically(plot, _drawn(linear, found))
     if json:
         print_json(linear.facts() | _facts(found))
         return
@@ -48,6 +52,8 @@ def run(
     _print(linear, found)
     if path is not None:
         err.print(f"{len(found.values)} parameters changed: {path}", markup=False)
+    if plot is not None:
+        err.print(f"written: {plot}", markup=False)
 
 
 def reduced_text(linear: Linear, found: Reduction) -> str:
@@ -59,6 +65,20 @@ def reduced_text(linear: Linear, found: Reduction) -> str:
         text = set_parameter(text, linear.robot, name, f"{value!r}{unit}")
     compiler.robot_from_text(text, f"{linear.robot.name}, reduced")
     return text
+
+
+def _drawn(linear: Linear, found: Reduction) -> str:
+    from symdyn.faces.report.linear_plots import bode
+
+    hertz = found.band.hertz()
+    models = {
+        f"{found.full_order} states": linear.family.nominal,
+        f"{found.order} states": reduced(linear.family, found),
+    }
+    if found.order == found.full_order:
+        models = dict(zip(("all parameters", f"{len(found.parameters)} parameters"), models.values(), strict=True))
+    shown = {name: frequency_response(system, hertz, found.input, found.output) for name, system in models.items()}
+    return bode(hertz, shown)
 
 
 def told(step: Step) -> str:

@@ -150,9 +150,11 @@ def test_reduce_finds_the_papers_lump_and_writes_the_file(tmp_path: Path) -> Non
     assert np.abs(small / full - 1).max() == pytest.approx(facts["file_cost"]["worst"], rel=1e-6)
 
 
-def test_reduce_for_people() -> None:
-    done = run("reduce", "irb6-axis1", "--to", "100", "--signal", "white")
+def test_reduce_for_people(tmp_path: Path) -> None:
+    plot = tmp_path / "reduced.svg"
+    done = run("reduce", "irb6-axis1", "--to", "100", "--signal", "white", "--plot", plot)
     assert done.code == 0
+    assert b"4 states" in plot.read_bytes()
     assert "9 states become 4, 19 parameters 9" in done.out
     assert "d_4, d_5, d_6, d_7 act as one" in done.out
     assert "not in the linear model: T_f, S" in done.err

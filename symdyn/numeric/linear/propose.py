@@ -81,10 +81,7 @@ class _Search:
         self.input, self.output, self.exact = first.input, first.output, first.values
 
     def system(self, state: _State) -> LinearSystem:
-        system = with_sensor(self.family.at(state.values), self.output)
-        for address in state.rigid:
-            system = rigid(system, address)
-        return system
+        return _system(self.family, state, self.output)
 
     def response(self, system: LinearSystem) -> Complex:
         return frequency_response(system, self.hertz, self.input, self.output).values
@@ -147,6 +144,24 @@ def propose(
         file_cost=search.cost(_State(in_file)),
         unused=tuple(name for name, is_used in zip(family.parameters, used, strict=True) if not is_used),
     )
+
+
+def reduced(family: LinearFamily, found: Reduction) -> LinearSystem:
+    """The smaller model: all steps of the proposal, those that a file cannot hold among them."""
+    values, stiff = family.values, []
+    for step in found.steps:
+        if step.kind == "rigid":
+            stiff.append(step.what)
+        else:
+            values = _changed(family, values, step.kind, step.what, step.members)
+    return _system(family, _State(values, tuple(stiff)), found.output)
+
+
+def _system(family: LinearFamily, state: _State, output: str) -> LinearSystem:
+    system = with_sensor(family.at(state.values), output)
+    for address in state.rigid:
+        system = rigid(system, address)
+    return system
 
 
 def _zeroed(search: _Search, names: Sequence[str]) -> tuple[tuple[str, Cost], ...]:
