@@ -21,6 +21,7 @@ from symdyn.numeric.linear.modes import Mode
 from symdyn.spec.records import Robot
 
 MOST_POINTS = 1_000_000
+_WIDEST = 1e5  # of the default band, highest over lowest
 _RESTS = 1e-9  # of the size of the coefficients: rates below it are rounding
 
 
@@ -77,14 +78,18 @@ def tell(linear: Linear) -> None:
 
 
 def band_of(low: float | None, high: float | None, modes: Sequence[Mode]) -> tuple[float, float]:
-    """--from and --to in Hz; by default from a tenth of the slowest mode to three times the fastest oscillation.
+    """--from and --to in Hz; by default from a tenth of the slowest mode (five decades at most) to three times the
+    fastest oscillation.
 
     Raises UsageError (SD302) unless 0 < from < to are finite.
     """
     every = [mode.frequency for mode in modes if mode.frequency > 0]
     swinging = [mode.frequency for mode in modes if mode.pole.imag > 0] or every
-    first = low if low is not None else _rounded(0.1 * min(every, default=1.0))
-    last = high if high is not None else max(_rounded(3.0 * max(swinging, default=10.0)), 10 * first)
+    last = high if high is not None else _rounded(3.0 * max(swinging, default=10.0))
+    slowest = 0.1 * min(every, default=10.0 * last / _WIDEST)
+    first = low if low is not None else _rounded(max(slowest, last / _WIDEST))
+    if high is None:
+        last = max(last, 10 * first)
     if not (math.isfinite(first) and math.isfinite(last) and 0 < first < last):
         raise UsageError(Problem("SD302", f"--from and --to must be 0 < from < to in Hz, not {first:g} and {last:g}"))
     return first, last

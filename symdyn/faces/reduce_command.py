@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn import compiler
-from symdyn.base.errors import Problem, UsageError
+from symdyn.base.errors import InputError, Problem, UsageError
 from symdyn.base.files import write_atomically
 from symdyn.faces.console import err, out, print_json, print_table, status
 from symdyn.faces.linear_options import Linear, band_of, cost_facts, open_linear, tell
@@ -41,30 +41,44 @@ def run(
     band = Band(*band_of(low, high, modes(linear.family.nominal)), Signal(signal))
     with status(json) as progress:
         found = propose(linear.family, band, tolerance, input, output, progress)
+    refused: list[str] = []
     if path is not None:
-        write_atomically(path, reduced_text(linear, found))
+        text, refused = reduced_text(linear, found)
+        write_atomically(path, text)
     if plot is not None:
         write_atomically(plot, _drawn(linear, found))
     if json:
-        print_json(linear.facts() | _facts(found))
+        print_json(linear.facts() | _facts(found) | {"refused": refused})
         return
     tell(linear)
     _print(linear, found)
     if path is not None:
-        err.print(f"{len(found.values)} parameters changed: {path}", markup=False)
+        for reason in refused:
+            err.print(f"not in the file: {reason}", markup=False)
+        err.print(f"written: {path}", markup=False)
     if plot is not None:
         err.print(f"written: {plot}", markup=False)
 
 
-def reduced_text(linear: Linear, found: Reduction) -> str:
-    """The robot.toml with the parameter values of the reduction; comments and effects that jump are kept."""
-    text = linear.robot.text or compiler.robot_to_toml(linear.robot)
+def reduced_text(linear: Linear, found: Reduction) -> tuple[str, list[str]]:
+    """The robot.toml with the steps that are changes of values; comments and effects that jump are kept.
+
+    And those steps that no file may hold, with the reason: a reader refuses inertias that no body has.
+    """
+    text, refused = linear.robot.text, []
     units = {p.name: p.unit for p in linear.robot.parameters}
-    for name, value in found.values.items():
-        unit = "" if units[name] == "1" else f" {units[name]}"
-        text = set_parameter(text, linear.robot, name, f"{value!r}{unit}")
-    compiler.robot_from_text(text, f"{linear.robot.name}, reduced")
-    return text
+    for step in found.steps:
+        changed = text
+        for name, value in (step.values or {}).items():
+            unit = "" if units[name] == "1" else f" {units[name]}"
+            changed = set_parameter(changed, linear.robot, name, f"{value!r}{unit}")
+        try:
+            compiler.robot_from_text(changed, linear.robot.name)
+        except InputError as error:
+            refused.append(f"{told(step)}: {error.problems[0].code}: {error.problems[0].message}")
+        else:
+            text = changed
+    return text, refused
 
 
 def _drawn(linear: Linear, found: Reduction) -> str:

@@ -25,8 +25,8 @@ class Step:
     """One simplification. ``kind``: "lump" (``what`` takes the sum of ``members``), "zero" (a parameter), "rigid"
     (a shaft). ``alone`` is its cost by itself, ``so_far`` that of all steps up to it.
 
-    ``in_file`` says whether a change of parameter values makes it; an inertia or an inductance at zero, and a rigid
-    shaft, change the order of the model.
+    ``values``: the parameters that it changes in a file. None where it is no change of values alone: an inertia or an
+    inductance at zero, and a rigid shaft, change the order of the model.
     """
 
     kind: str
@@ -34,7 +34,11 @@ class Step:
     members: tuple[str, ...]
     alone: Cost
     so_far: Cost
-    in_file: bool
+    values: Mapping[str, float] | None
+
+    @property
+    def in_file(self) -> bool:
+        return self.values is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +213,11 @@ def _spend(
         if so_far.worst > tolerance or _unstable(search.system(changed)) > unstable:
             continue
         keeps_order = kind != "rigid" and _order(search.system(changed)) == _order(search.system(state))
+        written = None
         if keeps_order:
             in_file = _changed(search.family, in_file, kind, what, members)
-        taken.append(Step(kind, what, members, alone, so_far, keeps_order))
+            written = {name: float(in_file[search.family.index(name)]) for name in members}
+        taken.append(Step(kind, what, members, alone, so_far, written))
         state = changed
     return tuple(taken), state, in_file
 
