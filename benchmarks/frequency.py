@@ -1,6 +1,6 @@
 """20 000 points of the seed's ninth-order drive, beside python-control: processor time of one thread, interleaved.
 
-    python -m benchmarks.frequency
+python -m benchmarks.frequency
 """
 
 from __future__ import annotations
