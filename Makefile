@@ -46,9 +46,11 @@ check-generated: $(STAMP) ## see whether generated/ is what the code of today wr
 bench: $(STAMP) ## time the kernels beside Pinocchio and CasADi (builds both in C++ once, for some minutes)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	@$(BIN)/python -m benchmarks.speed
+	@$(BIN)/python -m benchmarks.frequency
 
 docs: $(STAMP) ## write the generated pages of docs/ anew; emps.md needs the recordings that SYMDYN_DATASETS names
 	@$(BIN)/python scripts/cost_tables.py generated docs/costs.md
+	@$(BIN)/python -m benchmarks.paper
 	@$(BIN)/python benchmarks/emps_ladder.py
 
 wheel-test: $(STAMP) ## build the wheel, install it elsewhere, and use it there

@@ -13,6 +13,7 @@ from pathlib import Path
 from symdyn import __version__
 from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
+from symdyn.base.linear_system import Array, LinearFamily
 from symdyn.base.memory import collector_paused
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.derive.linearize import without_null_effects
@@ -29,6 +30,7 @@ from symdyn.physics import schemas
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
 from symdyn.program.hybrid_functions import hybrid_functions, is_affine
+from symdyn.program.linear_family import linear_family
 from symdyn.program.optimize import CostRow, notable
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
@@ -115,6 +117,15 @@ def compile_hybrid(robot: Robot) -> Kernel:
         hybrid = hybrid_equations(equations_of_motion(without_null_effects(robot)))
         found = hybrid_functions(hybrid)
         return load_source(hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found)))
+
+
+def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> LinearFamily:
+    """The linear models at state ``x`` and input ``u`` (zero by default), over the parameters; nothing is compiled.
+
+    Effects that jump have slope zero or one there; ``without_nonsmooth`` takes them out.
+    """
+    with collector_paused():
+        return linear_family(equations_of_motion(robot), x, u)
 
 
 def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:

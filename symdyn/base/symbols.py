@@ -36,6 +36,11 @@ def hidden(index: int) -> sp.Symbol:
     return sp.Symbol(f"z_{index}", real=True)
 
 
+def hidden_rate(index: int) -> sp.Symbol:
+    """Time derivative of the hidden state ``z_i``."""
+    return sp.Symbol(f"zd_{index}", real=True)
+
+
 def wrench(index: int) -> sp.Symbol:
     """Of a wrench on the tool: forces ``w_1`` to ``w_3``, moments ``w_4`` to ``w_6``."""
     return sp.Symbol(f"w_{index}", real=True)

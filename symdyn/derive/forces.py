@@ -33,8 +33,7 @@ class Contribution:
 def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
     """Newton's way: the force along the port, spread over the coordinates by virtual work."""
     effect, values, port = item.effect, item.values, item.port
-    along = effect.force(PORT, values) + effect.conservative(values) + effect.damping(values)
-    along = port.located(sp.expand(along))
+    along = port.located(sp.expand(force_along_port(item)))
     momentum = port.located(sp.diff(effect.kinetic_energy(PORT, values), PORT.v))
     inertia_force = _time_derivative(momentum, axes)
     driven = port.located(effect.state_force(PORT, values, item.states, item.control))
@@ -45,6 +44,12 @@ def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
         tuple(absorb(arm * along) for arm in lever),
         tuple(arm * driven for arm in lever),
     )
+
+
+def force_along_port(item: Attachment) -> sp.Expr:
+    """The effect's law as a force along its port, in the port's own displacement and velocity."""
+    effect, values = item.effect, item.values
+    return effect.force(PORT, values) + effect.conservative(values) + effect.damping(values)
 
 
 def lagrange(items: Sequence[Attachment], axes: Sequence[Coordinate]) -> tuple[sp.Expr, ...]:

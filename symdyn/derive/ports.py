@@ -13,7 +13,7 @@ from symdyn.base.nonsmooth import is_smooth, pushing
 from symdyn.derive.coordinates import Coordinate, coordinates
 from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
-from symdyn.physics.effect import Effect, Port, Values
+from symdyn.physics.effect import PORT, Effect, Port, Values
 from symdyn.spec.records import JOINT_END, Drive, JointKind, Monomial, Motion, Robot
 
 _NO_CURRENT = Port(sp.Integer(0), sp.Integer(0))  # of a circuit, before its motor is known

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from symdyn import __version__
+from symdyn.faces.cli_linear import frequency, reduce, sensitivity
+from symdyn.faces.cli_options import Json, Model
 
 if TYPE_CHECKING:
     from symdyn.spec.urdf_chain import Chain
@@ -23,8 +25,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Model = Annotated[str, typer.Argument(help="A robot.toml, a URDF, or the name of a bundled machine (`symdyn check`).")]
-Json = Annotated[bool, typer.Option("--json", help="Print the facts as JSON on stdout.")]
 Map = Annotated[
     Path | None,
     typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
@@ -219,6 +219,10 @@ def simulate(
     simulate_command.run(
         model, _chain(base, tip, lock_others), duration, step, input or [], start or [], smoothing, out, json
     )
+
+
+for command in (frequency, sensitivity, reduce):
+    app.command()(command)
 
 
 @app.command()

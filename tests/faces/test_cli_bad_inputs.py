@@ -91,6 +91,9 @@ def commands(model: Path, folder: Path) -> list[tuple[str | Path, ...]]:
         ("generate", model, "--out", out),
         ("latex", model, "--out", out / "arm.tex"),
         ("simulate", model, "--out", out / "arm.csv"),
+        ("frequency", model, "--plot", out / "arm.svg", "--json"),
+        ("sensitivity", model, "--plot", out / "arm.svg", "--json"),
+        ("reduce", model, "--out", out / "reduced.toml", "--json"),
         ("identify", model, training, "--json"),
         ("diagnose", model, training, "--holdout", heldout, *outputs(out)),
     ]

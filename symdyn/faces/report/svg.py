@@ -55,6 +55,15 @@ def page_style() -> Iterator[None]:
         yield
 
 
+def standalone_svg(figure: Figure) -> str:
+    """The figure as the text of an SVG file, on white; the same bytes every time."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", facecolor="white", metadata={"Date": None, "Creator": None})
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", stream.getvalue(), flags=re.DOTALL)
+    text = re.sub(r'\bd="[^"]*"', lambda path: _shortened(path[0]), text)
+    return "\n".join(line.rstrip() for line in text.split("\n") if line.strip()) + "\n"
+
+
 def inline_svg(figure: Figure, name: str, description: str) -> Markup:
     """The figure as an ``<svg>`` element; ``name`` keeps its ids apart from those of other figures."""
     stream = io.StringIO()

@@ -1,4 +1,4 @@
-"""Friction, contacts and limits against closed forms; the corner cases of event handling, by both ways of simulating."""
+"""Friction, contacts and limits against closed forms; corner cases of event handling, by both ways of simulating."""
 
 from __future__ import annotations
 

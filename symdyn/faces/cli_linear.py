@@ -1,0 +1,99 @@
+"""The commands on linear models: their arguments, nothing else; imports stay lazy so that --help is quick."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from symdyn.faces.cli_options import Json, Model
+
+Input = Annotated[str | None, typer.Option("--input", "-u", help="Input, by name; default: the first.")]
+Output = Annotated[
+    str | None, typer.Option("--output", "-y", help="Sensor or state, by name; default: the first sensor.")
+]  # fmt: skip
+From = Annotated[float | None, typer.Option("--from", help="Lowest frequency in Hz; default: below the slowest mode.")]
+To = Annotated[float | None, typer.Option("--to", help="Highest frequency in Hz; default: above the fastest mode.")]
+At = Annotated[
+    list[str] | None,
+    typer.Option("--at", help="NAME=VALUE of a state or input at the operating point, in SI units; repeatable."),
+]  # fmt: skip
+Points = Annotated[int, typer.Option("--points", help="How many frequencies.")]
+Plot = Annotated[Path | None, typer.Option("--plot", help="Write an SVG here.")]
+
+
+def frequency(
+    model: Model,
+    input: Input = None,
+    output: Output = None,
+    low: From = None,
+    high: To = None,
+    points: Points = 2000,
+    at: At = None,
+    plot: Plot = None,
+    json: Json = False,
+) -> None:
+    """Show the modes of the linear part, named by their energy, and a response with its peaks."""
+    from symdyn.faces import frequency_command
+
+    frequency_command.run(model, input, output, low, high, points, at or [], plot, json)
+
+
+def sensitivity(
+    model: Model,
+    input: Input = None,
+    output: Output = None,
+    low: From = None,
+    high: To = None,
+    points: Points = 400,
+    at: At = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option("--parameter", "-p", help="Only this one; repeatable. Default: all.")
+    ] = None,
+    factor: Annotated[
+        list[float] | None, typer.Option("--factor", help="Vary by this factor; repeatable. Default: 0.5 and 2.")
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option("--global", help="morris or sobol: over ranges of all parameters together.")
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Morris: trajectories (20); Sobol: a power of two (256).")
+    ] = None,
+    spread: Annotated[float, typer.Option("--spread", help="Ranges are the values plus and minus this share.")] = 0.2,
+    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same numbers.")] = 0,
+    plot: Plot = None,
+    json: Json = False,
+) -> None:
+    """Show what each parameter does to modes and response: derivatives, factors, or globally."""
+    from symdyn.faces import sensitivity_command
+
+    sensitivity_command.run(
+        model, input, output, low, high, points, at or [], parameter or [], factor or [0.5, 2.0], method, samples,
+        spread, seed, plot, json,
+    )  # fmt: skip
+
+
+def reduce(
+    model: Model,
+    input: Input = None,
+    output: Output = None,
+    low: From = None,
+    high: To = None,
+    error: Annotated[
+        float, typer.Option("--error", help="Relative error of the response that all steps together may cost.")
+    ] = 0.05,
+    signal: Annotated[
+        str, typer.Option("--signal", help="For the r.m.s. errors: step (density 1/f) or white.")
+    ] = "step",
+    at: At = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the model with the changed parameters here.")
+    ] = None,
+    plot: Plot = None,
+    json: Json = False,
+) -> None:
+    """Propose a smaller model for a band: what to lump, drop or make rigid, at what error."""
+    from symdyn.faces import reduce_command
+
+    reduce_command.run(model, input, output, low, high, error, signal, at or [], out, plot, json)

@@ -1,0 +1,1 @@
+"""Linear models at an operating point: responses, modes, sensitivities, reduction; arrays in, records out."""
