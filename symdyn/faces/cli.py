@@ -202,22 +202,44 @@ def simulate(
     duration: Annotated[float, typer.Option("--duration", "-t", help="Seconds.")] = 1.0,
     step: Annotated[float, typer.Option("--step", help="Seconds between the rows of the result.")] = 1e-3,
     input: Annotated[
-        list[str] | None, typer.Option("--input", "-u", help="NAME=VALUE holds an input (V, A, N m or N); repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--input",
+            "-u",
+            help="NAME=VALUE holds an input; or NAME=step:VALUE,TIME, ramp:, sine:, trapezoid:; repeatable.",
+        ),
     ] = None,
     start: Annotated[
         list[str] | None, typer.Option("--start", "-x", help="NAME=VALUE sets a state at t = 0; repeatable.")
     ] = None,
     smoothing: Annotated[
-        float, typer.Option("--smoothing", help="Width over which jumps (friction, contact) are smoothed, in SI units.")
-    ] = 1e-3,
+        float | None,
+        typer.Option("--smoothing", help="Smooth jumps over this width (SI units) instead of locating their events."),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Of a step, relative; linear drives are propagated exactly without it.")
+    ] = 1e-8,
+    events: Annotated[
+        Path | None, typer.Option("--events", help="CSV file for the events: stick, slip, contact, limit.")
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="CSV file to write; default: stdout.")] = None,
     json: Json = False,
 ) -> None:
-    """Simulate the full drive model under constant inputs; writes a CSV with named, unit-bearing columns."""
+    """Simulate the full drive model with located events; writes a CSV with named, unit-bearing columns."""
     from symdyn.faces import simulate_command
 
     simulate_command.run(
-        model, _chain(base, tip, lock_others), duration, step, input or [], start or [], smoothing, out, json
+        model,
+        _chain(base, tip, lock_others),
+        duration,
+        step,
+        input or [],
+        start or [],
+        smoothing,
+        tolerance,
+        out,
+        events,
+        json,
     )
 
 
