@@ -263,6 +263,8 @@ def laws(effect: Effect, motion: Motion) -> list[tuple[str, sp.Expr, str]]:
         found.append(("current", current, "A"))
     if amplified is not None:
         found.append(("amplified input", amplified, push))
+    if (control := effect.controls(PORT, p, z, CONTROL)) is not None:
+        found.append(("control", control, SPEED_UNIT[motion] if effect.identifier == "position_loop" else "V"))
     return found
 
 
@@ -275,7 +277,9 @@ def scalings(effect: Effect, motion: Motion) -> dict[sp.Symbol, str]:
     units |= dict.fromkeys((PORT.v, PORT.start.v), SPEED_UNIT[motion])
     declared = zip(states(effect, p), effect.hidden_states(p), strict=True)
     units |= {symbol: unit_at(state.unit, motion) for symbol, state in declared}
-    return units | {PORT.load: EFFORT_UNIT[motion], CONTROL: effect.input_unit() or EFFORT_UNIT[motion]}
+    reference = effect.reference_unit()
+    steered = unit_at(reference, motion) if reference is not None else effect.input_unit() or EFFORT_UNIT[motion]
+    return units | {PORT.load: EFFORT_UNIT[motion], CONTROL: steered}
 
 
 def unbalanced(
@@ -342,6 +346,7 @@ def traces(effect: Effect, p: Values) -> dict[str, sp.Expr]:
     found["speed let through"] = through.v - PORT.v if through is not None else sp.Integer(0)
     found["mass"] = body.mass if body is not None else sp.Integer(0)
     found["input"] = amplified - CONTROL if amplified is not None else sp.Integer(0)
+    found["control"] = effect.controls(PORT, p, z, CONTROL) or sp.Integer(0)
     return found
 
 

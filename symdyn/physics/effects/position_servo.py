@@ -17,14 +17,14 @@ from symdyn.spec.effect_schema import ParameterSchema
 class PositionServo(Effect):
     """U = P (r - x) + I int(r - x) dt - D v within +-limit; r is the reference, x and v are measured at its place.
 
-    While the limit holds, the integrator follows it (back-calculation with the time P / I).
+    While the limit holds, the integrator follows it (back-calculation with the tracking time).
     """
 
     identifier = "position_servo"
     title = "position servo"
     attaches_to = MOVING
     parameters = (
-        ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", None, lower=1e-12),
+        ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
             "integral",
             mechanical("V/(rad s)", "V/(m s)"),
@@ -42,6 +42,15 @@ class PositionServo(Effect):
             default=0.0,
             zero_is_structural=True,
         ),
+        ParameterSchema(
+            "tracking_time",
+            mechanical("s", "s"),
+            "T_t",
+            "of the integrator after the limit",
+            None,
+            lower=1e-12,
+            default=0.1,
+        ),
         ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
     )
     source = "van de Ven 1986, fig. 8; Astrom and Hagglund 1995, PID Controllers, section 3.5"
@@ -57,7 +66,12 @@ class PositionServo(Effect):
             return ()
         asked = self._asked(port, p, z, control)
         return (
-            Rate(sp.Integer(1), control - port.x + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"]),
+            Rate(
+                sp.Integer(1),
+                control
+                - port.x
+                + (clip(asked, -p["limit"], p["limit"]) - asked) / (p["integral"] * p["tracking_time"]),
+            ),
         )
 
     def reference_unit(self) -> Unit:

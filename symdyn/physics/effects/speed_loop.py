@@ -17,14 +17,14 @@ from symdyn.spec.effect_schema import ParameterSchema
 class SpeedLoop(Effect):
     """U = K_P (w - v) + K_I int(w - v) dt within +-limit; w is the reference, or what a position loop asks for.
 
-    While the limit holds, the integrator follows it (back-calculation with the time K_P / K_I).
+    While the limit holds, the integrator follows it (back-calculation with the tracking time).
     """
 
     identifier = "speed_loop"
     title = "speed loop"
     attaches_to = MOVING
     parameters = (
-        ParameterSchema("proportional", mechanical("V s/rad", "V s/m"), "K_P", "voltage per error", None, lower=1e-12),
+        ParameterSchema("proportional", mechanical("V s/rad", "V s/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
             "integral",
             mechanical("V/rad", "V/m"),
@@ -33,6 +33,15 @@ class SpeedLoop(Effect):
             lower=0.0,
             default=0.0,
             zero_is_structural=True,
+        ),
+        ParameterSchema(
+            "tracking_time",
+            mechanical("s", "s"),
+            "T_t",
+            "of the integrator after the limit",
+            None,
+            lower=1e-12,
+            default=0.1,
         ),
         ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
     )
@@ -49,7 +58,12 @@ class SpeedLoop(Effect):
             return ()
         asked = self._asked(port, p, z, control)
         return (
-            Rate(sp.Integer(1), control - port.v + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"]),
+            Rate(
+                sp.Integer(1),
+                control
+                - port.v
+                + (clip(asked, -p["limit"], p["limit"]) - asked) / (p["integral"] * p["tracking_time"]),
+            ),
         )
 
     def reference_unit(self) -> Unit:
