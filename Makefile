@@ -48,7 +48,8 @@ bench: $(STAMP) ## time the kernels beside Pinocchio and CasADi (builds both in 
 	@$(BIN)/python -m benchmarks.speed
 	@$(BIN)/python -m benchmarks.frequency
 
-docs: $(STAMP) ## write the generated pages of docs/ anew (needs the recordings that SYMDYN_DATASETS names)
+docs: $(STAMP) ## write the generated pages of docs/ anew; emps.md needs the recordings that SYMDYN_DATASETS names
+	@$(BIN)/python scripts/cost_tables.py generated docs/costs.md
 	@$(BIN)/python -m benchmarks.paper
 	@$(BIN)/python benchmarks/emps_ladder.py
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -16,8 +16,11 @@ from symdyn.base.files import write_atomically
 from symdyn.base.linear_system import Array, LinearFamily
 from symdyn.base.memory import collector_paused
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
-from symdyn.emit import latex
+from symdyn.derive.linearize import without_null_effects
+from symdyn.derive.switches import hybrid_equations
+from symdyn.emit import latex, markdown
 from symdyn.emit.forms import Form, forms
+from symdyn.emit.hybrid_source import hybrid_source
 from symdyn.emit.kernel import Kernel, load_source
 from symdyn.emit.kernel_source import kernel_source
 from symdyn.emit.target import Target
@@ -26,8 +29,9 @@ from symdyn.emit.templates import digest
 from symdyn.physics import schemas
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
+from symdyn.program.hybrid_functions import hybrid_functions, is_affine
 from symdyn.program.linear_family import linear_family
-from symdyn.program.optimize import CostRow
+from symdyn.program.optimize import CostRow, notable
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
 from symdyn.spec.robot_reader import read_any
@@ -47,8 +51,12 @@ class Compiled:
     """Everything that follows from one robot; ``kernel()`` loads its compiled functions."""
 
     robot: Robot
-    equations: EquationsOfMotion
-    forms: tuple[Form, ...]
+    equations: EquationsOfMotion = field(repr=False)
+    forms: tuple[Form, ...] = field(repr=False)
+
+    def _repr_markdown_(self) -> str:
+        """What a notebook shows."""
+        return markdown.document(self.equations)
 
     @cached_property
     def source(self) -> str:
@@ -99,6 +107,18 @@ def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
         return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
+def compile_hybrid(robot: Robot) -> Kernel:
+    """The kernel of a robot's simulation with located events: functions of state, input and mode.
+
+    Effects that their parameters make vanish (a clearance of 0) are left out: they would switch for nothing.
+    Raises InputError (SD451) for a jump that does not belong to friction, a contact or a limit.
+    """
+    with collector_paused():
+        hybrid = hybrid_equations(equations_of_motion(without_null_effects(robot)))
+        found = hybrid_functions(hybrid)
+        return load_source(hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found)))
+
+
 def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> LinearFamily:
     """The linear models at state ``x`` and input ``u`` (zero by default), over the parameters; nothing is compiled.
 
@@ -139,8 +159,8 @@ def _manifest(compiled: Compiled, targets: Sequence[Target], files: Mapping[str,
         "model_sha256": _sha256(compiled.robot.text),
         "templates_sha256": digest(*templates, *latex.TEMPLATES),
         "files_sha256": {name: _sha256(text) for name, text in files.items()},
-        "cost_columns": ["pass_name", "round", *(field.name for field in fields(Cost))],
-        "costs": {form.name: [_cells(row) for row in form.costs] for form in compiled.forms},
+        "cost_columns": ["pass_name", "round", *(each.name for each in fields(Cost))],
+        "costs": {form.name: [_cells(row) for row in notable(form.costs)] for form in compiled.forms},
     }
     return _ROW.sub(lambda row: " ".join(row[0].split()), json.dumps(facts, indent=1)) + "\n"
 

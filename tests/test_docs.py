@@ -50,7 +50,16 @@ JOINT = """
 [[joint]]
 name = "{}"
 link = {{ mass = 1 }}
-drive = {{ rotors = [ {{ name = "motor", inertia = 1e-4, fixed_to_joint = true }} ] }}
+[joint.drive]
+rotors = [ {{ name = "motor", inertia = 1e-4, fixed_to_joint = true }} ]
+"""
+CIRCUIT = """
+[joint.drive.motor]
+name = "circuit"
+at = "motor"
+resistance = 1
+torque_constant = 0.1
+back_emf_constant = 0.1
 """
 AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and after it
     ("", ""),
@@ -60,6 +69,7 @@ AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and aft
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + DH + JOINT.format("axis1"), ""),
+    (HEAD + DH + JOINT.format("axis1") + CIRCUIT, ""),
     (HEAD + DH + JOINT.format("shoulder"), ""),
 )
 PAGES = [*sorted(CHECKOUT.glob("*.md")), *sorted((CHECKOUT / "docs").glob("*.md"))]
@@ -76,15 +86,15 @@ def _blocks(page: str, language: str) -> list[str]:
 @pytest.fixture
 def catalogue_with_the_example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """CONTRIBUTING's effect as one more file of the catalogue, and nothing else."""
-    source = next(block for block in _blocks("CONTRIBUTING.md", "python") if "class HardeningSpring" in block)
-    (tmp_path / "hardening_spring.py").write_text(source)
+    source = next(block for block in _blocks("CONTRIBUTING.md", "python") if "class CubicDrag" in block)
+    (tmp_path / "cubic_drag.py").write_text(source)
     monkeypatch.setattr(effects, "__path__", [*effects.__path__, str(tmp_path)])
     registry.catalogue.cache_clear()
     registry.schemas.cache_clear()
     yield
     registry.catalogue.cache_clear()
     registry.schemas.cache_clear()
-    sys.modules.pop(f"{effects.__name__}.hardening_spring", None)
+    sys.modules.pop(f"{effects.__name__}.cubic_drag", None)
 
 
 @pytest.fixture
@@ -139,11 +149,11 @@ def test_the_readme_names_every_bundled_machine() -> None:
 def test_the_effect_of_contributing_works_from_one_file(catalogue_with_the_example: None) -> None:
     (model,) = _blocks("README.md", "toml")
     before = robot_from_text(model, "pendulum.toml")
-    assert "hardening_spring" in {candidate.effect for candidate in candidates(before)}
+    assert "cubic_drag" in {candidate.effect for candidate in candidates(before)}
     after = robot_from_text(model + _blocks("CONTRIBUTING.md", "toml")[0], "pendulum.toml")
     q, qd, qdd = np.array([0.7]), np.array([1.0]), np.array([-2.0])
     more, less = (compile_robot(robot).kernel().inverse_dynamics(q, qd, qdd) for robot in (after, before))
-    np.testing.assert_allclose(more - less, 0.8 * q**3, rtol=1e-12)
+    np.testing.assert_allclose(more - less, 0.8 * qd**3, rtol=1e-12)
 
 
 def test_the_target_of_contributing_works_from_one_file(

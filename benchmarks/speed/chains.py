@@ -34,4 +34,4 @@ def plot(chains: Mapping[int, Cost], arms: Mapping[str, tuple[int, Cost]], path:
         axes.set(xlabel="joints", ylabel="operations of inverse dynamics", ylim=(0, None), xticks=joints)
         axes.legend(frameon=False)
         axes.spines[["top", "right"]].set_visible(False)
-        FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None})
+        FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None})  # type: ignore[no-untyped-call]  # Matplotlib's

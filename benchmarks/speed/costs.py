@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -48,7 +49,10 @@ def costs(arm: Arm) -> tuple[Compiled, Costs]:
 
 
 def _first_use(path: Path) -> list[float]:
-    done = subprocess.run([sys.executable, str(FIRST_USE), str(path)], capture_output=True, text=True, check=True)
+    # Python as it comes: where it may write no bytecode, it parses the module again in every process.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    command = [sys.executable, str(FIRST_USE), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     seconds: list[float] = json.loads(done.stdout)
     return seconds
 

@@ -84,6 +84,7 @@ class Bench:
     def check(self, rivals: list[Rival]) -> None:
         """Everyone agrees with the wheel to 1e-10 of the largest entry; raises AssertionError otherwise."""
         states = tuple(a[:CHECKED].copy() for a in self.states)
+        q, qd, third = states
         for name in FUNCTIONS:
             arguments = self._arguments(name, states)
             wanted = getattr(self.kernel, f"{name}_batch")(*arguments)
@@ -96,7 +97,7 @@ class Bench:
             self._near(getattr(self.kernel, f"{name}_batch_parallel")(*arguments), wanted, f"{name}_batch_parallel")
             for rival in rivals:
                 out = np.empty_like(wanted)
-                rival.loops[name](*states, out)
+                rival.loops[name](q, qd, third, out)
                 self._near(out, wanted, f"{name}, {rival.build}")
 
     def _batches(self, name: str, arguments: tuple[Array, ...], form: str, count: int) -> Iterator[Contestant]:
@@ -125,8 +126,9 @@ class Bench:
         function, model, data = self._wheel(name)
         found = function(model, data, *arguments)
         if name == "mass_matrix":
-            return np.triu(found) + np.triu(found, 1).T
-        return np.hstack(found[:2]) if isinstance(found, tuple) else np.asarray(found)
+            found = np.triu(found) + np.triu(found, 1).T
+        result: Array = np.hstack(found[:2]) if isinstance(found, tuple) else np.asarray(found)
+        return result
 
     def _near(self, found: Array, wanted: Array, what: str) -> None:
         scale = np.abs(wanted).max()
@@ -136,17 +138,16 @@ class Bench:
 def compiled_loop(into: Callable[..., None], count: int) -> Callable[..., None]:
     """One state after the other from compiled code, as a controller or an integrator calls it."""
 
-    @njit
     def of_one(a: Any, out: Any) -> None:
         for k in range(a.shape[0]):
             into(a[k], out[k])
 
-    @njit
     def of_three(a: Any, b: Any, c: Any, out: Any) -> None:
         for k in range(a.shape[0]):
             into(a[k], b[k], c[k], out[k])
 
-    return of_one if count == 1 else of_three  # type: ignore[no-any-return]
+    loop: Callable[..., None] = njit(of_one if count == 1 else of_three)
+    return loop
 
 
 def _call(function: Callable[..., Any], *arguments: Any) -> Run:

@@ -16,7 +16,9 @@ Batches are computed in blocks across states, in which the compiler can use vect
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import config, njit, prange, types
+from numba.core.cgutils import ir
+from numba.extending import intrinsic
 
 ROBOT = 'emps'
 COORDINATES = ('carriage',)
@@ -34,43 +36,191 @@ PARAMETER_VALUES = np.array([95.1089, 35.15065188])
 
 
 FAST = {"contract"}  # a product and a sum may be rounded as one; nothing else is rearranged
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 
 
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _sincos(x):
-    """Sine and cosine without a branch, so that loops over states vectorise.
+SINE = (  # coefficients of fdlibm (Sun Microsystems 1993), for angles up to pi/4
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)
+COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)
+
+
+def _sincos(builder, x):
+    """Instructions of LLVM for sine and cosine of a double, or of every lane of a vector, without a branch.
 
     To 2.3e-16 for |x| up to 1e6; beyond, as exact as x itself is spaced; not a number from 1e15 on.
-    The argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980), polynomials are
-    those of fdlibm (Sun Microsystems 1993).
+    The angle is reduced by multiples of pi/2 in two parts (Cody and Waite 1980).
     """
-    n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0
-    r = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21
-    z = r * r
-    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06 + z * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))
-    s = r + r * z * (-1.66666666666666324348e-01 + z * s)
-    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (
-        2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)))
-    quarter = n - 4.0 * math.floor(0.25 * n)
-    odd = (quarter == 1.0) | (quarter == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quarter >= 2.0 else sine
-    cosine = -cosine if (quarter == 1.0) | (quarter == 2.0) else cosine
-    known = abs(x) < 1e15
-    return (sine if known else math.nan), (cosine if known else math.nan)
+    lanes = x.type.count if isinstance(x.type, ir.VectorType) else 0
+    integer = ir.VectorType(ir.IntType(64), lanes) if lanes else ir.IntType(64)
+
+    def number(value, kind=x.type):
+        return ir.Constant(kind, [value] * lanes if lanes else value)
+
+    def times(a, b):
+        return builder.fmul(a, b, flags=[*FAST])
+
+    def plus(a, b):
+        return builder.fadd(a, b, flags=[*FAST])
+
+    # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
+    rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
+    n = builder.fsub(rounded, number(6755399441055744.0))
+    r = plus(plus(x, times(n, number(-1.5707963267341256))), times(n, number(-6.077100506506192e-11)))
+    above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
+    r = builder.select(builder.and_(above, below), r, number(math.nan))
+    z = times(r, r)
+    s, c = number(SINE[-1]), number(COSINE[-1])
+    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    s = plus(times(times(r, z), s), r)
+    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
+    quarter = builder.bitcast(rounded, integer)
+    odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
+
+    def signed(value, quarters):  # negative in the third and fourth quarter
+        sign = builder.and_(builder.shl(quarters, number(62, integer)), number(-(2**63), integer))
+        return builder.bitcast(builder.xor(builder.bitcast(value, integer), sign), x.type)
+
+    sine = signed(builder.select(odd, c, s), quarter)
+    return sine, signed(builder.select(odd, s, c), builder.add(quarter, number(1, integer)))
+
+
+def _lane(i):
+    return ir.Constant(ir.IntType(32), i)
+
+
+def _sincos_in_vectors_of(most):
+    """An intrinsic: a tuple of angles to their sines and cosines, sine, cosine, sine, ..."""
+
+    def generate(context, builder, signature, arguments):
+        angles = [builder.extract_value(arguments[0], i) for i in range(signature.args[0].count)]
+        found = []
+        for some in [angles[i:i + most] for i in range(0, len(angles), most)]:
+            lanes = 2 ** (len(some) - 1).bit_length()
+            if lanes == 1:
+                found += _sincos(builder, some[0])
+                continue
+            x = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [0.0] * lanes)
+            for i, angle in enumerate(some):
+                x = builder.insert_element(x, angle, _lane(i))
+            both = _sincos(builder, x)
+            found += [builder.extract_element(vector, _lane(i)) for i in range(len(some)) for vector in both]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    @intrinsic
+    def sincos(context, angles):
+        count = len(angles)
+        return types.UniTuple(types.float64, 2 * count)(types.UniTuple(types.float64, count)), generate
+
+    return sincos
+
+
+def _apart(angles):
+    """Sines and cosines of a tuple of angles, each by itself: where a loop over states has the vectors."""
+    return tuple(function(x) for x in angles for function in (math.sin, math.cos))
+
+
+_together = _apart  # up to eight angles in one vector: where there is a single state
+if not config.DISABLE_JIT:
+    _apart, _together = _sincos_in_vectors_of(1), _sincos_in_vectors_of(8)
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _sin(x):
-    return _sincos(x)[0]
+    return _apart((x,))[0]
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _cos(x):
-    return _sincos(x)[1]
+    return _apart((x,))[1]
+
+
+def _gather(rows, width, entry, entries, row, last, lines, lane):
+    """A square of eight states to lines, one per entry: entry + i of state row + j to lane + j of line entry + i.
+
+    Behind the last state there are copies of it.
+    """
+    for j in range(8):
+        for i in range(entries):
+            lines[BLOCK * (entry + i) + lane + j] = rows[width * min(row + j, last) + entry + i]
+
+
+def _scatter(rows, width, entry, entries, row, last, lines, lane):
+    """The way back; copies of the last state are stored over each other."""
+    for j in range(8):
+        for i in range(entries):
+            rows[width * min(row + j, last) + entry + i] = lines[BLOCK * (entry + i) + lane + j]
+
+
+def _shuffled(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _transposed(builder, lines):
+    """An 8 x 8 matrix of eight vectors: off-diagonal quarters swapped, then the quarters of quarters."""
+    for half in (4, 2, 1):
+        left = [i - half + 8 if i & half else i for i in range(8)]
+        right = [i + 8 if i & half else i + half for i in range(8)]
+        lines = [
+            _shuffled(builder, lines[i & ~half], lines[i | half], right if i & half else left) for i in range(8)]
+    return lines
+
+
+def _square(move):
+    """An intrinsic with the arguments of _gather: ``move`` is given pointers to the rows and to the lines."""
+
+    @intrinsic(prefer_literal=True)
+    def moved(context, rows, width, entry, entries, row, last, lines, lane):
+        if not rows.dtype == lines.dtype == types.float64:
+            raise TypeError("batches are arrays of float64")
+        number = types.intp
+
+        def generate(context, builder, signature, arguments):
+            def constant(value):
+                return context.get_constant(number, value)
+
+            array, width, entry, _, row, last, scratch, lane = arguments
+
+            def pointers(kind, array, indices, lanes):
+                start = context.make_array(kind)(context, builder, array).data
+                vector = ir.VectorType(ir.DoubleType(), lanes).as_pointer()
+                return [builder.bitcast(builder.gep(start, [index]), vector) for index in indices]
+
+            states = [builder.add(row, constant(j)) for j in range(8)]
+            states = [builder.select(builder.icmp_signed("<", state, last), state, last) for state in states]
+            starts = [builder.add(builder.mul(state, width), entry) for state in states]
+            places = [builder.add(entry, constant(i)) for i in range(entries.literal_value)]
+            places = [builder.add(builder.mul(place, constant(BLOCK)), lane) for place in places]
+            move(
+                builder, pointers(rows, array, starts, len(places)), pointers(lines, scratch, places, 8))
+            return context.get_dummy_value()
+
+        # With the literal: instructions are found again by the signature.
+        return types.void(rows, number, number, entries, number, number, lines, number), generate
+
+    return moved
+
+
+def _from_rows(builder, rows, lines):
+    wide = [min(i, len(lines) - 1) for i in range(8)]
+    loaded = [builder.load(row, align=8) for row in rows]
+    for value, line in zip(_transposed(builder, [_shuffled(builder, x, x, wide) for x in loaded]), lines):
+        builder.store(value, line, align=8)
+
+
+def _to_rows(builder, rows, lines):
+    loaded = [builder.load(line, align=8) for line in lines]
+    for value, row in zip(_transposed(builder, loaded + loaded[:1] * (8 - len(lines))), rows):
+        builder.store(_shuffled(builder, value, value, list(range(len(lines)))), row, align=8)
+
+
+if not config.DISABLE_JIT:
+    _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -84,7 +234,7 @@ def _step(x):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics(q, qd, qdd, out, k, S):
+def _inverse_dynamics(q, qd, qdd, out, k, S, turns):
     qdd_1 = qdd[0 * S + k]
     # link 1 (carriage): Newton, inertial force
     F_1_z = qdd_1 * 95.1089
@@ -101,7 +251,7 @@ def inverse_dynamics(q, qd, qdd):
     if qdd.shape[0] != 1:
         raise ValueError("qdd must have 1 entries")
     out = np.empty(1)
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
     return out
 
 
@@ -116,7 +266,7 @@ def inverse_dynamics_into(q, qd, qdd, out):
         raise ValueError("qdd must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -124,29 +274,25 @@ def inverse_dynamics_packed(both):
     """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("inverse_dynamics_packed takes 4 numbers: q, qd, qdd, result")
-    _inverse_dynamics(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
+    _inverse_dynamics(both[0:1], both[1:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(qdd, 1, 0, 1, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -159,9 +305,9 @@ def inverse_dynamics_batch(q, qd, qdd):
     if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -176,7 +322,9 @@ def inverse_dynamics_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -189,11 +337,14 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -207,12 +358,13 @@ def inverse_dynamics_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -225,17 +377,17 @@ def inverse_dynamics_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_p(q, qd, qdd, p, out, k, S, turns):
     qdd_1 = qdd[0 * S + k]
     p_M = p[0]
     # link 1 (carriage): Newton, inertial force
@@ -255,7 +407,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
     return out
 
 
@@ -272,7 +424,7 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -280,29 +432,25 @@ def inverse_dynamics_p_packed(both):
     """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("inverse_dynamics_p_packed takes 6 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _inverse_dynamics_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(qdd, 1, 0, 1, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -317,9 +465,9 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -336,7 +484,9 @@ def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -351,11 +501,14 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -371,12 +524,13 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -389,17 +543,17 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics(q, qd, tau, out, k, S):
+def _forward_dynamics(q, qd, tau, out, k, S, turns):
     tau_1 = tau[0 * S + k]
     out[0 * S + k] = tau_1 * 0.010514263123640373
 
@@ -414,7 +568,7 @@ def forward_dynamics(q, qd, tau):
     if tau.shape[0] != 1:
         raise ValueError("tau must have 1 entries")
     out = np.empty(1)
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
     return out
 
 
@@ -429,7 +583,7 @@ def forward_dynamics_into(q, qd, tau, out):
         raise ValueError("tau must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -437,29 +591,25 @@ def forward_dynamics_packed(both):
     """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("forward_dynamics_packed takes 4 numbers: q, qd, tau, result")
-    _forward_dynamics(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
+    _forward_dynamics(both[0:1], both[1:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(tau, 1, 0, 1, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -472,9 +622,9 @@ def forward_dynamics_batch(q, qd, tau):
     if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -489,7 +639,9 @@ def forward_dynamics_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -502,11 +654,14 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -520,12 +675,13 @@ def forward_dynamics_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -538,17 +694,17 @@ def forward_dynamics_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_p(q, qd, tau, p, out, k, S, turns):
     tau_1 = tau[0 * S + k]
     p_M = p[0]
     out[0 * S + k] = tau_1 / p_M
@@ -566,7 +722,7 @@ def forward_dynamics_p(q, qd, tau, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
     return out
 
 
@@ -583,7 +739,7 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -591,29 +747,25 @@ def forward_dynamics_p_packed(both):
     """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("forward_dynamics_p_packed takes 6 numbers: q, qd, tau, p, result")
-    _forward_dynamics_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _forward_dynamics_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(tau, 1, 0, 1, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -628,9 +780,9 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -647,7 +799,9 @@ def forward_dynamics_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -662,11 +816,14 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -682,12 +839,13 @@ def forward_dynamics_p_soa(q, qd, tau, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -700,17 +858,17 @@ def forward_dynamics_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix(q, out, k, S):
+def _mass_matrix(q, out, k, S, turns):
     out[0 * S + k] = 95.1089
 
 
@@ -720,7 +878,7 @@ def mass_matrix(q):
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
     out = np.empty(1)
-    _mass_matrix(q, out, 0, 1)
+    _mass_matrix(q, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -731,7 +889,7 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _mass_matrix(q, out.ravel(), 0, 1)
+    _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -739,23 +897,21 @@ def mass_matrix_packed(both):
     """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 2:
         raise ValueError("mass_matrix_packed takes 2 numbers: q, result")
-    _mass_matrix(both[0:1], both[1:], 0, 1)
+    _mass_matrix(both[0:1], both[1:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -764,8 +920,8 @@ def mass_matrix_batch(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _mass_matrix_rows(q, out, 0, count)
+    out = np.empty(count * 1)
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -777,7 +933,9 @@ def mass_matrix_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _mass_matrix_rows(q, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -786,8 +944,9 @@ def mass_matrix_batch_parallel(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -800,25 +959,26 @@ def mass_matrix_soa(q):
         raise ValueError("q must have 1 rows, a column per state")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_p(q, p, out, k, S):
+def _mass_matrix_p(q, p, out, k, S, turns):
     p_M = p[0]
     out[0 * S + k] = p_M
 
@@ -831,7 +991,7 @@ def mass_matrix_p(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _mass_matrix_p(q, p, out, 0, 1)
+    _mass_matrix_p(q, p, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -844,7 +1004,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -852,23 +1012,21 @@ def mass_matrix_p_packed(both):
     """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("mass_matrix_p_packed takes 4 numbers: q, p, result")
-    _mass_matrix_p(both[0:1], both[1:3], both[3:], 0, 1)
+    _mass_matrix_p(both[0:1], both[1:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -879,8 +1037,8 @@ def mass_matrix_p_batch(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _mass_matrix_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 1)
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -894,7 +1052,9 @@ def mass_matrix_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _mass_matrix_p_rows(q, p, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -905,8 +1065,9 @@ def mass_matrix_p_batch_parallel(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -921,25 +1082,26 @@ def mass_matrix_p_soa(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse(q, out, k, S):
+def _mass_matrix_inverse(q, out, k, S, turns):
     out[0 * S + k] = 0.010514263123640373
 
 
@@ -949,7 +1111,7 @@ def mass_matrix_inverse(q):
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
     out = np.empty(1)
-    _mass_matrix_inverse(q, out, 0, 1)
+    _mass_matrix_inverse(q, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -960,7 +1122,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -968,23 +1130,21 @@ def mass_matrix_inverse_packed(both):
     """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 2:
         raise ValueError("mass_matrix_inverse_packed takes 2 numbers: q, result")
-    _mass_matrix_inverse(both[0:1], both[1:], 0, 1)
+    _mass_matrix_inverse(both[0:1], both[1:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_rows(q, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -993,8 +1153,8 @@ def mass_matrix_inverse_batch(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _mass_matrix_inverse_rows(q, out, 0, count)
+    out = np.empty(count * 1)
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -1006,7 +1166,9 @@ def mass_matrix_inverse_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _mass_matrix_inverse_rows(q, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1015,8 +1177,9 @@ def mass_matrix_inverse_batch_parallel(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -1029,25 +1192,26 @@ def mass_matrix_inverse_soa(q):
         raise ValueError("q must have 1 rows, a column per state")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse_p(q, p, out, k, S):
+def _mass_matrix_inverse_p(q, p, out, k, S, turns):
     p_M = p[0]
     out[0 * S + k] = 1.0 / p_M
 
@@ -1060,7 +1224,7 @@ def mass_matrix_inverse_p(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -1073,7 +1237,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1081,23 +1245,21 @@ def mass_matrix_inverse_p_packed(both):
     """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("mass_matrix_inverse_p_packed takes 4 numbers: q, p, result")
-    _mass_matrix_inverse_p(both[0:1], both[1:3], both[3:], 0, 1)
+    _mass_matrix_inverse_p(both[0:1], both[1:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_p_rows(q, p, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1108,8 +1270,8 @@ def mass_matrix_inverse_p_batch(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 1)
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -1123,7 +1285,9 @@ def mass_matrix_inverse_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1134,8 +1298,9 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -1150,25 +1315,26 @@ def mass_matrix_inverse_p_soa(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force(q, qd, out, k, S):
+def _bias_force(q, qd, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -1180,7 +1346,7 @@ def bias_force(q, qd):
     if qd.shape[0] != 1:
         raise ValueError("qd must have 1 entries")
     out = np.empty(1)
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1193,7 +1359,7 @@ def bias_force_into(q, qd, out):
         raise ValueError("qd must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1201,26 +1367,23 @@ def bias_force_packed(both):
     """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 3:
         raise ValueError("bias_force_packed takes 3 numbers: q, qd, result")
-    _bias_force(both[0:1], both[1:2], both[2:], 0, 1)
+    _bias_force(both[0:1], both[1:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1231,9 +1394,9 @@ def bias_force_batch(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _bias_force_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1246,7 +1409,9 @@ def bias_force_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _bias_force_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1257,11 +1422,13 @@ def bias_force_batch_parallel(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1273,11 +1440,12 @@ def bias_force_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1286,17 +1454,17 @@ def bias_force_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force_p(q, qd, p, out, k, S):
+def _bias_force_p(q, qd, p, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -1310,7 +1478,7 @@ def bias_force_p(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1325,7 +1493,7 @@ def bias_force_p_into(q, qd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1333,26 +1501,23 @@ def bias_force_p_packed(both):
     """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("bias_force_p_packed takes 5 numbers: q, qd, p, result")
-    _bias_force_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
+    _bias_force_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1365,9 +1530,9 @@ def bias_force_p_batch(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _bias_force_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1382,7 +1547,9 @@ def bias_force_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _bias_force_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1395,11 +1562,13 @@ def bias_force_p_batch_parallel(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1413,11 +1582,12 @@ def bias_force_p_soa(q, qd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1426,17 +1596,17 @@ def bias_force_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity(q, out, k, S):
+def _gravity(q, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -1446,7 +1616,7 @@ def gravity(q):
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
     out = np.empty(1)
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
     return out
 
 
@@ -1457,7 +1627,7 @@ def gravity_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1465,23 +1635,21 @@ def gravity_packed(both):
     """gravity of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 2:
         raise ValueError("gravity_packed takes 2 numbers: q, result")
-    _gravity(both[0:1], both[1:], 0, 1)
+    _gravity(both[0:1], both[1:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1490,9 +1658,9 @@ def gravity_batch(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _gravity_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1503,7 +1671,9 @@ def gravity_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _gravity_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1512,11 +1682,12 @@ def gravity_batch_parallel(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1526,25 +1697,26 @@ def gravity_soa(q):
         raise ValueError("q must have 1 rows, a column per state")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity_p(q, p, out, k, S):
+def _gravity_p(q, p, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -1556,7 +1728,7 @@ def gravity_p(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -1569,7 +1741,7 @@ def gravity_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1577,23 +1749,21 @@ def gravity_p_packed(both):
     """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("gravity_p_packed takes 4 numbers: q, p, result")
-    _gravity_p(both[0:1], both[1:3], both[3:], 0, 1)
+    _gravity_p(both[0:1], both[1:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1604,9 +1774,9 @@ def gravity_p_batch(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _gravity_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1619,7 +1789,9 @@ def gravity_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _gravity_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1630,11 +1802,12 @@ def gravity_p_batch_parallel(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1646,25 +1819,26 @@ def gravity_p_soa(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(64)
+    q_ = tile[0:32]
+    out_ = tile[32:64]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy(q, qd, out, k, S):
+def _energy(q, qd, out, k, S, turns):
     qd_1 = qd[0 * S + k]
     out[0 * S + k] = qd_1 * qd_1 * 47.55445
     out[1 * S + k] = 0.0
@@ -1678,7 +1852,7 @@ def energy(q, qd):
     if qd.shape[0] != 1:
         raise ValueError("qd must have 1 entries")
     out = np.empty(2)
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1691,7 +1865,7 @@ def energy_into(q, qd, out):
         raise ValueError("qd must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1699,26 +1873,23 @@ def energy_packed(both):
     """energy of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("energy_packed takes 4 numbers: q, qd, result")
-    _energy(both[0:1], both[1:2], both[2:], 0, 1)
+    _energy(both[0:1], both[1:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1729,9 +1900,9 @@ def energy_batch(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1744,7 +1915,9 @@ def energy_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1755,11 +1928,13 @@ def energy_batch_parallel(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1771,11 +1946,12 @@ def energy_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1784,17 +1960,17 @@ def energy_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy_p(q, qd, p, out, k, S):
+def _energy_p(q, qd, p, out, k, S, turns):
     qd_1 = qd[0 * S + k]
     p_M = p[0]
     out[0 * S + k] = p_M * (qd_1 * qd_1) * 0.5
@@ -1811,7 +1987,7 @@ def energy_p(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(2)
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1826,7 +2002,7 @@ def energy_p_into(q, qd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1834,26 +2010,23 @@ def energy_p_packed(both):
     """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("energy_p_packed takes 6 numbers: q, qd, p, result")
-    _energy_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
+    _energy_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1866,9 +2039,9 @@ def energy_p_batch(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1883,7 +2056,9 @@ def energy_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1896,11 +2071,13 @@ def energy_p_batch_parallel(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1914,11 +2091,12 @@ def energy_p_soa(q, qd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1927,17 +2105,17 @@ def energy_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation(x, u, out, k, S):
+def _actuation(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     out[0 * S + k] = u_1 * 35.15065188
 
@@ -1950,7 +2128,7 @@ def actuation(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(1)
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
     return out
 
 
@@ -1963,7 +2141,7 @@ def actuation_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1971,26 +2149,23 @@ def actuation_packed(both):
     """actuation of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("actuation_packed takes 4 numbers: x, u, result")
-    _actuation(both[0:2], both[2:3], both[3:], 0, 1)
+    _actuation(both[0:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2001,9 +2176,9 @@ def actuation_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    _actuation_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2016,7 +2191,9 @@ def actuation_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _actuation_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2027,11 +2204,13 @@ def actuation_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2043,11 +2222,12 @@ def actuation_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((1, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2056,17 +2236,17 @@ def actuation_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation_p(x, u, p, out, k, S):
+def _actuation_p(x, u, p, out, k, S, turns):
     u_1 = u[0 * S + k]
     p_G_tau = p[1]
     out[0 * S + k] = u_1 * p_G_tau
@@ -2082,7 +2262,7 @@ def actuation_p(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2097,7 +2277,7 @@ def actuation_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2105,26 +2285,23 @@ def actuation_p_packed(both):
     """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("actuation_p_packed takes 6 numbers: x, u, p, result")
-    _actuation_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _actuation_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2137,9 +2314,9 @@ def actuation_p_batch(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    _actuation_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2154,7 +2331,9 @@ def actuation_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _actuation_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2167,11 +2346,13 @@ def actuation_p_batch_parallel(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2185,11 +2366,12 @@ def actuation_p_soa(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[1]
     out = np.empty((1, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2198,17 +2380,17 @@ def actuation_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative(x, u, out, k, S):
+def _state_derivative(x, u, out, k, S, turns):
     qd_1 = x[1 * S + k]
     u_1 = u[0 * S + k]
     out[0 * S + k] = qd_1
@@ -2223,7 +2405,7 @@ def state_derivative(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(2)
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2236,7 +2418,7 @@ def state_derivative_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2244,26 +2426,23 @@ def state_derivative_packed(both):
     """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("state_derivative_packed takes 5 numbers: x, u, result")
-    _state_derivative(both[0:2], both[2:3], both[3:], 0, 1)
+    _state_derivative(both[0:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2274,9 +2453,9 @@ def state_derivative_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _state_derivative_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2289,7 +2468,9 @@ def state_derivative_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _state_derivative_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2300,11 +2481,13 @@ def state_derivative_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2316,11 +2499,12 @@ def state_derivative_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2329,17 +2513,17 @@ def state_derivative_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_p(x, u, p, out, k, S):
+def _state_derivative_p(x, u, p, out, k, S, turns):
     qd_1 = x[1 * S + k]
     u_1 = u[0 * S + k]
     p_M = p[0]
@@ -2358,7 +2542,7 @@ def state_derivative_p(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(2)
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2373,7 +2557,7 @@ def state_derivative_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2381,26 +2565,23 @@ def state_derivative_p_packed(both):
     """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("state_derivative_p_packed takes 7 numbers: x, u, p, result")
-    _state_derivative_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _state_derivative_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2413,9 +2594,9 @@ def state_derivative_p_batch(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _state_derivative_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2430,7 +2611,9 @@ def state_derivative_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _state_derivative_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2443,11 +2626,13 @@ def state_derivative_p_batch_parallel(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2461,11 +2646,12 @@ def state_derivative_p_soa(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2474,17 +2660,17 @@ def state_derivative_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
 
@@ -2499,7 +2685,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     if qdd.shape[0] != 1:
         raise ValueError("qdd must have 1 entries")
     out = np.empty(2)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((1, 2))
 
 
@@ -2514,7 +2700,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2522,29 +2708,25 @@ def inverse_dynamics_state_jacobian_packed(both):
     """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("inverse_dynamics_state_jacobian_packed takes 5 numbers: q, qd, qdd, result")
-    _inverse_dynamics_state_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
+    _inverse_dynamics_state_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(qdd, 1, 0, 1, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2557,8 +2739,8 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 2)
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 2))
 
 
@@ -2574,7 +2756,9 @@ def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 1, 2):
         raise ValueError("out must have the shape (states, 1, 2)")
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2587,8 +2771,11 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2605,12 +2792,13 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2623,17 +2811,17 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
 
@@ -2650,7 +2838,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(2)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((1, 2))
 
 
@@ -2667,7 +2855,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2675,29 +2863,25 @@ def inverse_dynamics_state_jacobian_p_packed(both):
     """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 7 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_state_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _inverse_dynamics_state_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(qdd, 1, 0, 1, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2712,8 +2896,8 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 2)
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 2))
 
 
@@ -2731,7 +2915,9 @@ def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 1, 2):
         raise ValueError("out must have the shape (states, 1, 2)")
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2746,8 +2932,11 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2766,12 +2955,13 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2784,17 +2974,17 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
+def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
 
@@ -2809,7 +2999,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 1:
         raise ValueError("tau must have 1 entries")
     out = np.empty(2)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((1, 2))
 
 
@@ -2824,7 +3014,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2832,29 +3022,25 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 5 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
+    _forward_dynamics_state_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(tau, 1, 0, 1, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2867,8 +3053,8 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
+    out = np.empty(count * 2)
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 2))
 
 
@@ -2884,7 +3070,9 @@ def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 1, 2):
         raise ValueError("out must have the shape (states, 1, 2)")
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2897,8 +3085,11 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     if tau.shape[1] != 1 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -2915,12 +3106,13 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2933,17 +3125,17 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
 
@@ -2960,7 +3152,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(2)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((1, 2))
 
 
@@ -2977,7 +3169,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2985,29 +3177,25 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 7 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _forward_dynamics_state_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(tau, 1, 0, 1, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3022,8 +3210,8 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
+    out = np.empty(count * 2)
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 2))
 
 
@@ -3041,7 +3229,9 @@ def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 1, 2):
         raise ValueError("out must have the shape (states, 1, 2)")
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3056,8 +3246,11 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -3076,12 +3269,13 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    tau_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    tau_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3094,17 +3288,17 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian(x, u, out, k, S):
+def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 1.0
     out[2 * S + k] = 0.0
@@ -3119,7 +3313,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(4)
-    _state_derivative_state_jacobian(x, u, out, 0, 1)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -3132,7 +3326,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3140,26 +3334,23 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("state_derivative_state_jacobian_packed takes 7 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:2], both[2:3], both[3:], 0, 1)
+    _state_derivative_state_jacobian(both[0:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3170,8 +3361,8 @@ def state_derivative_state_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 4)
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -3185,7 +3376,9 @@ def state_derivative_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3196,8 +3389,10 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -3212,11 +3407,12 @@ def state_derivative_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3225,17 +3421,17 @@ def state_derivative_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 1.0
     out[2 * S + k] = 0.0
@@ -3252,7 +3448,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(4)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -3267,7 +3463,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3275,26 +3471,23 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 9 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _state_derivative_state_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3307,8 +3500,8 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 4)
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -3324,7 +3517,9 @@ def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3337,8 +3532,10 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -3355,11 +3552,12 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3368,17 +3566,17 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian(x, u, out, k, S):
+def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.36958320283380414
 
@@ -3391,7 +3589,7 @@ def state_derivative_input_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(2)
-    _state_derivative_input_jacobian(x, u, out, 0, 1)
+    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((2, 1))
 
 
@@ -3404,7 +3602,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3412,26 +3610,23 @@ def state_derivative_input_jacobian_packed(both):
     """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("state_derivative_input_jacobian_packed takes 5 numbers: x, u, result")
-    _state_derivative_input_jacobian(both[0:2], both[2:3], both[3:], 0, 1)
+    _state_derivative_input_jacobian(both[0:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3442,8 +3637,8 @@ def state_derivative_input_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _state_derivative_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 2)
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 1))
 
 
@@ -3457,7 +3652,9 @@ def state_derivative_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2, 1):
         raise ValueError("out must have the shape (states, 2, 1)")
-    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3468,8 +3665,10 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 1))
@@ -3484,11 +3683,12 @@ def state_derivative_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3497,17 +3697,17 @@ def state_derivative_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     p_M = p[0]
     p_G_tau = p[1]
     out[0 * S + k] = 0.0
@@ -3524,7 +3724,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(2)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((2, 1))
 
 
@@ -3539,7 +3739,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3547,26 +3747,23 @@ def state_derivative_input_jacobian_p_packed(both):
     """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("state_derivative_input_jacobian_p_packed takes 7 numbers: x, u, p, result")
-    _state_derivative_input_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _state_derivative_input_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3579,8 +3776,8 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 2)
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 1))
 
 
@@ -3596,7 +3793,9 @@ def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2, 1):
         raise ValueError("out must have the shape (states, 2, 1)")
-    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3609,8 +3808,10 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 1))
@@ -3627,11 +3828,12 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3640,17 +3842,17 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S, turns):
     qdd_1 = qdd[0 * S + k]
     out[0 * S + k] = qdd_1
     out[1 * S + k] = 0.0
@@ -3666,7 +3868,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     if qdd.shape[0] != 1:
         raise ValueError("qdd must have 1 entries")
     out = np.empty(2)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((1, 2))
 
 
@@ -3681,7 +3883,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3689,29 +3891,25 @@ def inverse_dynamics_parameter_jacobian_packed(both):
     """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 5 numbers: q, qd, qdd, result")
-    _inverse_dynamics_parameter_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1)
+    _inverse_dynamics_parameter_jacobian(both[0:1], both[1:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(qdd, 1, 0, 1, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3724,8 +3922,8 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 2)
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 2))
 
 
@@ -3741,7 +3939,9 @@ def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 1, 2):
         raise ValueError("out must have the shape (states, 1, 2)")
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3754,8 +3954,11 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 1 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -3772,12 +3975,13 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3790,17 +3994,17 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     qdd_1 = qdd[0 * S + k]
     out[0 * S + k] = qdd_1
     out[1 * S + k] = 0.0
@@ -3818,7 +4022,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(2)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((1, 2))
 
 
@@ -3835,7 +4039,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3843,29 +4047,25 @@ def inverse_dynamics_parameter_jacobian_p_packed(both):
     """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 7 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_parameter_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(both[0:1], both[1:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(1):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+            _gather(qdd, 1, 0, 1, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3880,8 +4080,8 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 2)
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 2))
 
 
@@ -3899,7 +4099,9 @@ def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 1, 2):
         raise ValueError("out must have the shape (states, 1, 2)")
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 2)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3914,8 +4116,11 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 2))
@@ -3934,12 +4139,13 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    qdd_ = np.zeros(32)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    qdd_ = tile[64:96]
+    out_ = tile[96:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3952,17 +4158,17 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian(x, u, out, k, S):
+def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -3978,7 +4184,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(4)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -3991,7 +4197,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3999,26 +4205,23 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 7 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:2], both[2:3], both[3:], 0, 1)
+    _state_derivative_parameter_jacobian(both[0:2], both[2:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4029,8 +4232,8 @@ def state_derivative_parameter_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 4)
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -4044,7 +4247,9 @@ def state_derivative_parameter_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4055,8 +4260,10 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -4071,11 +4278,12 @@ def state_derivative_parameter_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4084,17 +4292,17 @@ def state_derivative_parameter_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     u_1 = u[0 * S + k]
     p_M = p[0]
     p_G_tau = p[1]
@@ -4117,7 +4325,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(4)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -4132,7 +4340,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4140,26 +4348,23 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 9 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1)
+    _state_derivative_parameter_jacobian_p(both[0:2], both[2:3], both[3:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 2, 0, 2, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4172,8 +4377,8 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 4)
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -4189,7 +4394,9 @@ def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4202,8 +4409,10 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -4220,11 +4429,12 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 2 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(64)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    x_ = tile[0:64]
+    u_ = tile[64:96]
+    out_ = tile[96:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4233,17 +4443,17 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics(q, out, k, S):
+def _forward_kinematics(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     out[0 * S + k] = 1.0
     out[1 * S + k] = 0.0
@@ -4269,7 +4479,7 @@ def forward_kinematics(q):
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
     out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1)
+    _forward_kinematics(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -4280,7 +4490,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics(q, out.ravel(), 0, 1)
+    _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4288,23 +4498,22 @@ def forward_kinematics_packed(both):
     """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("forward_kinematics_packed takes 17 numbers: q, result")
-    _forward_kinematics(both[0:1], both[1:], 0, 1)
+    _forward_kinematics(both[0:1], both[1:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_rows(q, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(544)
+    q_ = tile[0:32]
+    out_ = tile[32:544]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4313,8 +4522,8 @@ def forward_kinematics_batch(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -4326,7 +4535,9 @@ def forward_kinematics_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4335,8 +4546,9 @@ def forward_kinematics_batch_parallel(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -4349,25 +4561,26 @@ def forward_kinematics_soa(q):
         raise ValueError("q must have 1 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(32)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(544)
+    q_ = tile[0:32]
+    out_ = tile[32:544]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics_p(q, p, out, k, S):
+def _forward_kinematics_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     out[0 * S + k] = 1.0
     out[1 * S + k] = 0.0
@@ -4395,7 +4608,7 @@ def forward_kinematics_p(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1)
+    _forward_kinematics_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -4408,7 +4621,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4416,23 +4629,22 @@ def forward_kinematics_p_packed(both):
     """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("forward_kinematics_p_packed takes 19 numbers: q, p, result")
-    _forward_kinematics_p(both[0:1], both[1:3], both[3:], 0, 1)
+    _forward_kinematics_p(both[0:1], both[1:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_p_rows(q, p, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(544)
+    q_ = tile[0:32]
+    out_ = tile[32:544]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4443,8 +4655,8 @@ def forward_kinematics_p_batch(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -4458,7 +4670,9 @@ def forward_kinematics_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4469,8 +4683,9 @@ def forward_kinematics_p_batch_parallel(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -4485,25 +4700,26 @@ def forward_kinematics_p_soa(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(32)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(544)
+    q_ = tile[0:32]
+    out_ = tile[32:544]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian(q, out, k, S):
+def _jacobian(q, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -4518,7 +4734,7 @@ def jacobian(q):
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
     out = np.empty(6)
-    _jacobian(q, out, 0, 1)
+    _jacobian(q, out, 0, 1, _together)
     return out.reshape((6, 1))
 
 
@@ -4529,7 +4745,7 @@ def jacobian_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _jacobian(q, out.ravel(), 0, 1)
+    _jacobian(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4537,23 +4753,21 @@ def jacobian_packed(both):
     """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("jacobian_packed takes 7 numbers: q, result")
-    _jacobian(both[0:1], both[1:], 0, 1)
+    _jacobian(both[0:1], both[1:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rows(q, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    q_ = tile[0:32]
+    out_ = tile[32:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4562,8 +4776,8 @@ def jacobian_batch(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _jacobian_rows(q, out, 0, count)
+    out = np.empty(count * 6)
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 1))
 
 
@@ -4575,7 +4789,9 @@ def jacobian_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 6, 1):
         raise ValueError("out must have the shape (states, 6, 1)")
-    _jacobian_rows(q, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4584,8 +4800,9 @@ def jacobian_batch_parallel(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 1))
@@ -4598,25 +4815,26 @@ def jacobian_soa(q):
         raise ValueError("q must have 1 rows, a column per state")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    q_ = tile[0:32]
+    out_ = tile[32:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_p(q, p, out, k, S):
+def _jacobian_p(q, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -4633,7 +4851,7 @@ def jacobian_p(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(6)
-    _jacobian_p(q, p, out, 0, 1)
+    _jacobian_p(q, p, out, 0, 1, _together)
     return out.reshape((6, 1))
 
 
@@ -4646,7 +4864,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _jacobian_p(q, p, out.ravel(), 0, 1)
+    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4654,23 +4872,21 @@ def jacobian_p_packed(both):
     """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("jacobian_p_packed takes 9 numbers: q, p, result")
-    _jacobian_p(both[0:1], both[1:3], both[3:], 0, 1)
+    _jacobian_p(both[0:1], both[1:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_p_rows(q, p, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    q_ = tile[0:32]
+    out_ = tile[32:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4681,8 +4897,8 @@ def jacobian_p_batch(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _jacobian_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 6)
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 1))
 
 
@@ -4696,7 +4912,9 @@ def jacobian_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 1):
         raise ValueError("out must have the shape (states, 6, 1)")
-    _jacobian_p_rows(q, p, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4707,8 +4925,9 @@ def jacobian_p_batch_parallel(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 1))
@@ -4723,25 +4942,26 @@ def jacobian_p_soa(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    q_ = tile[0:32]
+    out_ = tile[32:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate(q, qd, out, k, S):
+def _jacobian_rate(q, qd, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4758,7 +4978,7 @@ def jacobian_rate(q, qd):
     if qd.shape[0] != 1:
         raise ValueError("qd must have 1 entries")
     out = np.empty(6)
-    _jacobian_rate(q, qd, out, 0, 1)
+    _jacobian_rate(q, qd, out, 0, 1, _together)
     return out.reshape((6, 1))
 
 
@@ -4771,7 +4991,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 1 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4779,26 +4999,23 @@ def jacobian_rate_packed(both):
     """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("jacobian_rate_packed takes 8 numbers: q, qd, result")
-    _jacobian_rate(both[0:1], both[1:2], both[2:], 0, 1)
+    _jacobian_rate(both[0:1], both[1:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_rows(q, qd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4809,8 +5026,8 @@ def jacobian_rate_batch(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _jacobian_rate_rows(q, qd, out, 0, count)
+    out = np.empty(count * 6)
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 1))
 
 
@@ -4824,7 +5041,9 @@ def jacobian_rate_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 6, 1):
         raise ValueError("out must have the shape (states, 6, 1)")
-    _jacobian_rate_rows(q, qd, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4835,8 +5054,10 @@ def jacobian_rate_batch_parallel(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 1))
@@ -4851,11 +5072,12 @@ def jacobian_rate_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4864,17 +5086,17 @@ def jacobian_rate_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate_p(q, qd, p, out, k, S):
+def _jacobian_rate_p(q, qd, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4893,7 +5115,7 @@ def jacobian_rate_p(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(6)
-    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((6, 1))
 
 
@@ -4908,7 +5130,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4916,26 +5138,23 @@ def jacobian_rate_p_packed(both):
     """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("jacobian_rate_p_packed takes 10 numbers: q, qd, p, result")
-    _jacobian_rate_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
+    _jacobian_rate_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4948,8 +5167,8 @@ def jacobian_rate_p_batch(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 6)
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 1))
 
 
@@ -4965,7 +5184,9 @@ def jacobian_rate_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 1):
         raise ValueError("out must have the shape (states, 6, 1)")
-    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4978,8 +5199,10 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 1))
@@ -4996,11 +5219,12 @@ def jacobian_rate_p_soa(q, qd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5009,17 +5233,17 @@ def jacobian_rate_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass(q, out, k, S):
+def _center_of_mass(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -5032,7 +5256,7 @@ def center_of_mass(q):
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
     out = np.empty(3)
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
     return out
 
 
@@ -5043,7 +5267,7 @@ def center_of_mass_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5051,23 +5275,21 @@ def center_of_mass_packed(both):
     """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("center_of_mass_packed takes 4 numbers: q, result")
-    _center_of_mass(both[0:1], both[1:], 0, 1)
+    _center_of_mass(both[0:1], both[1:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_rows(q, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    out_ = tile[32:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5076,9 +5298,9 @@ def center_of_mass_batch(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5089,7 +5311,9 @@ def center_of_mass_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5098,11 +5322,12 @@ def center_of_mass_batch_parallel(q):
     if q.shape[1] != 1:
         raise ValueError("q must have 1 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5112,25 +5337,26 @@ def center_of_mass_soa(q):
         raise ValueError("q must have 1 rows, a column per state")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(32)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    out_ = tile[32:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass_p(q, p, out, k, S):
+def _center_of_mass_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -5145,7 +5371,7 @@ def center_of_mass_p(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(3)
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -5158,7 +5384,7 @@ def center_of_mass_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5166,23 +5392,21 @@ def center_of_mass_p_packed(both):
     """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("center_of_mass_p_packed takes 6 numbers: q, p, result")
-    _center_of_mass_p(both[0:1], both[1:3], both[3:], 0, 1)
+    _center_of_mass_p(both[0:1], both[1:3], both[3:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_p_rows(q, p, out, first, last):
-    q_ = np.zeros(32)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    out_ = tile[32:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5193,9 +5417,9 @@ def center_of_mass_p_batch(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5208,7 +5432,9 @@ def center_of_mass_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5219,11 +5445,12 @@ def center_of_mass_p_batch_parallel(q, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5235,25 +5462,26 @@ def center_of_mass_p_soa(q, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(32)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:32]
+    out_ = tile[32:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix(q, qd, out, k, S):
+def _coriolis_matrix(q, qd, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -5265,7 +5493,7 @@ def coriolis_matrix(q, qd):
     if qd.shape[0] != 1:
         raise ValueError("qd must have 1 entries")
     out = np.empty(1)
-    _coriolis_matrix(q, qd, out, 0, 1)
+    _coriolis_matrix(q, qd, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -5278,7 +5506,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5286,26 +5514,23 @@ def coriolis_matrix_packed(both):
     """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 3:
         raise ValueError("coriolis_matrix_packed takes 3 numbers: q, qd, result")
-    _coriolis_matrix(both[0:1], both[1:2], both[2:], 0, 1)
+    _coriolis_matrix(both[0:1], both[1:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_rows(q, qd, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5316,8 +5541,8 @@ def coriolis_matrix_batch(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _coriolis_matrix_rows(q, qd, out, 0, count)
+    out = np.empty(count * 1)
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -5331,7 +5556,9 @@ def coriolis_matrix_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _coriolis_matrix_rows(q, qd, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5342,8 +5569,10 @@ def coriolis_matrix_batch_parallel(q, qd):
     if qd.shape[1] != 1 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 1 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -5358,11 +5587,12 @@ def coriolis_matrix_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 1 rows")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5371,17 +5601,17 @@ def coriolis_matrix_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix_p(q, qd, p, out, k, S):
+def _coriolis_matrix_p(q, qd, p, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -5395,7 +5625,7 @@ def coriolis_matrix_p(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -5410,7 +5640,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5418,26 +5648,23 @@ def coriolis_matrix_p_packed(both):
     """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("coriolis_matrix_p_packed takes 5 numbers: q, qd, p, result")
-    _coriolis_matrix_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1)
+    _coriolis_matrix_p(both[0:1], both[1:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(1):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(qd, 1, 0, 1, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5450,8 +5677,8 @@ def coriolis_matrix_p_batch(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 1)
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -5467,7 +5694,9 @@ def coriolis_matrix_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5480,8 +5709,10 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -5498,11 +5729,12 @@ def coriolis_matrix_p_soa(q, qd, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    qd_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(96)
+    q_ = tile[0:32]
+    qd_ = tile[32:64]
+    out_ = tile[64:96]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5511,17 +5743,17 @@ def coriolis_matrix_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort(q, wrench, out, k, S):
+def _wrench_effort(q, wrench, out, k, S, turns):
     w_3 = wrench[2 * S + k]
     out[0 * S + k] = w_3
 
@@ -5534,7 +5766,7 @@ def wrench_effort(q, wrench):
     if wrench.shape[0] != 6:
         raise ValueError("wrench must have 6 entries")
     out = np.empty(1)
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
     return out
 
 
@@ -5547,7 +5779,7 @@ def wrench_effort_into(q, wrench, out):
         raise ValueError("wrench must have 6 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5555,26 +5787,23 @@ def wrench_effort_packed(both):
     """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("wrench_effort_packed takes 8 numbers: q, wrench, result")
-    _wrench_effort(both[0:1], both[1:7], both[7:], 0, 1)
+    _wrench_effort(both[0:1], both[1:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_rows(q, wrench, out, first, last):
-    q_ = np.zeros(32)
-    wrench_ = np.zeros(192)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    wrench_ = tile[32:224]
+    out_ = tile[224:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5585,9 +5814,9 @@ def wrench_effort_batch(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _wrench_effort_rows(q, wrench, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5600,7 +5829,9 @@ def wrench_effort_batch_into(q, wrench, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _wrench_effort_rows(q, wrench, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5611,11 +5842,13 @@ def wrench_effort_batch_parallel(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5627,11 +5860,12 @@ def wrench_effort_soa(q, wrench):
         raise ValueError("wrench must have as many columns as q, and 6 rows")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    wrench_ = np.zeros(192)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    wrench_ = tile[32:224]
+    out_ = tile[224:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5640,17 +5874,17 @@ def wrench_effort_soa(q, wrench):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort_p(q, wrench, p, out, k, S):
+def _wrench_effort_p(q, wrench, p, out, k, S, turns):
     w_3 = wrench[2 * S + k]
     out[0 * S + k] = w_3
 
@@ -5665,7 +5899,7 @@ def wrench_effort_p(q, wrench, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     out = np.empty(1)
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
     return out
 
 
@@ -5680,7 +5914,7 @@ def wrench_effort_p_into(q, wrench, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5688,26 +5922,23 @@ def wrench_effort_p_packed(both):
     """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("wrench_effort_p_packed takes 10 numbers: q, wrench, p, result")
-    _wrench_effort_p(both[0:1], both[1:7], both[7:9], both[9:], 0, 1)
+    _wrench_effort_p(both[0:1], both[1:7], both[7:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_p_rows(q, wrench, p, out, first, last):
-    q_ = np.zeros(32)
-    wrench_ = np.zeros(192)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(1):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    wrench_ = tile[32:224]
+    out_ = tile[224:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 1, 0, 1, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5720,9 +5951,9 @@ def wrench_effort_p_batch(q, wrench, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5737,7 +5968,9 @@ def wrench_effort_p_batch_into(q, wrench, p, out):
     count = q.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5750,11 +5983,13 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
     count = q.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5768,11 +6003,12 @@ def wrench_effort_p_soa(q, wrench, p):
         raise ValueError("p must have 2 entries")
     count = q.shape[1]
     out = np.empty((1, count))
-    q_ = np.zeros(32)
-    wrench_ = np.zeros(192)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:32]
+    wrench_ = tile[32:224]
+    out_ = tile[224:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(1):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5781,10 +6017,10 @@ def wrench_effort_p_soa(q, wrench, p):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out

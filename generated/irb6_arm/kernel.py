@@ -16,7 +16,9 @@ Batches are computed in blocks across states, in which the compiler can use vect
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import config, njit, prange, types
+from numba.core.cgutils import ir
+from numba.extending import intrinsic
 
 ROBOT = 'irb6-arm'
 COORDINATES = ('column', 'arm')
@@ -34,43 +36,191 @@ PARAMETER_VALUES = np.array([9.81, 1.0, 1.0])
 
 
 FAST = {"contract"}  # a product and a sum may be rounded as one; nothing else is rearranged
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 
 
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _sincos(x):
-    """Sine and cosine without a branch, so that loops over states vectorise.
+SINE = (  # coefficients of fdlibm (Sun Microsystems 1993), for angles up to pi/4
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)
+COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)
+
+
+def _sincos(builder, x):
+    """Instructions of LLVM for sine and cosine of a double, or of every lane of a vector, without a branch.
 
     To 2.3e-16 for |x| up to 1e6; beyond, as exact as x itself is spaced; not a number from 1e15 on.
-    The argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980), polynomials are
-    those of fdlibm (Sun Microsystems 1993).
+    The angle is reduced by multiples of pi/2 in two parts (Cody and Waite 1980).
     """
-    n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0
-    r = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21
-    z = r * r
-    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06 + z * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))
-    s = r + r * z * (-1.66666666666666324348e-01 + z * s)
-    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (
-        2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)))
-    quarter = n - 4.0 * math.floor(0.25 * n)
-    odd = (quarter == 1.0) | (quarter == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quarter >= 2.0 else sine
-    cosine = -cosine if (quarter == 1.0) | (quarter == 2.0) else cosine
-    known = abs(x) < 1e15
-    return (sine if known else math.nan), (cosine if known else math.nan)
+    lanes = x.type.count if isinstance(x.type, ir.VectorType) else 0
+    integer = ir.VectorType(ir.IntType(64), lanes) if lanes else ir.IntType(64)
+
+    def number(value, kind=x.type):
+        return ir.Constant(kind, [value] * lanes if lanes else value)
+
+    def times(a, b):
+        return builder.fmul(a, b, flags=[*FAST])
+
+    def plus(a, b):
+        return builder.fadd(a, b, flags=[*FAST])
+
+    # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
+    rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
+    n = builder.fsub(rounded, number(6755399441055744.0))
+    r = plus(plus(x, times(n, number(-1.5707963267341256))), times(n, number(-6.077100506506192e-11)))
+    above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
+    r = builder.select(builder.and_(above, below), r, number(math.nan))
+    z = times(r, r)
+    s, c = number(SINE[-1]), number(COSINE[-1])
+    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    s = plus(times(times(r, z), s), r)
+    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
+    quarter = builder.bitcast(rounded, integer)
+    odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
+
+    def signed(value, quarters):  # negative in the third and fourth quarter
+        sign = builder.and_(builder.shl(quarters, number(62, integer)), number(-(2**63), integer))
+        return builder.bitcast(builder.xor(builder.bitcast(value, integer), sign), x.type)
+
+    sine = signed(builder.select(odd, c, s), quarter)
+    return sine, signed(builder.select(odd, s, c), builder.add(quarter, number(1, integer)))
+
+
+def _lane(i):
+    return ir.Constant(ir.IntType(32), i)
+
+
+def _sincos_in_vectors_of(most):
+    """An intrinsic: a tuple of angles to their sines and cosines, sine, cosine, sine, ..."""
+
+    def generate(context, builder, signature, arguments):
+        angles = [builder.extract_value(arguments[0], i) for i in range(signature.args[0].count)]
+        found = []
+        for some in [angles[i:i + most] for i in range(0, len(angles), most)]:
+            lanes = 2 ** (len(some) - 1).bit_length()
+            if lanes == 1:
+                found += _sincos(builder, some[0])
+                continue
+            x = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [0.0] * lanes)
+            for i, angle in enumerate(some):
+                x = builder.insert_element(x, angle, _lane(i))
+            both = _sincos(builder, x)
+            found += [builder.extract_element(vector, _lane(i)) for i in range(len(some)) for vector in both]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    @intrinsic
+    def sincos(context, angles):
+        count = len(angles)
+        return types.UniTuple(types.float64, 2 * count)(types.UniTuple(types.float64, count)), generate
+
+    return sincos
+
+
+def _apart(angles):
+    """Sines and cosines of a tuple of angles, each by itself: where a loop over states has the vectors."""
+    return tuple(function(x) for x in angles for function in (math.sin, math.cos))
+
+
+_together = _apart  # up to eight angles in one vector: where there is a single state
+if not config.DISABLE_JIT:
+    _apart, _together = _sincos_in_vectors_of(1), _sincos_in_vectors_of(8)
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _sin(x):
-    return _sincos(x)[0]
+    return _apart((x,))[0]
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _cos(x):
-    return _sincos(x)[1]
+    return _apart((x,))[1]
+
+
+def _gather(rows, width, entry, entries, row, last, lines, lane):
+    """A square of eight states to lines, one per entry: entry + i of state row + j to lane + j of line entry + i.
+
+    Behind the last state there are copies of it.
+    """
+    for j in range(8):
+        for i in range(entries):
+            lines[BLOCK * (entry + i) + lane + j] = rows[width * min(row + j, last) + entry + i]
+
+
+def _scatter(rows, width, entry, entries, row, last, lines, lane):
+    """The way back; copies of the last state are stored over each other."""
+    for j in range(8):
+        for i in range(entries):
+            rows[width * min(row + j, last) + entry + i] = lines[BLOCK * (entry + i) + lane + j]
+
+
+def _shuffled(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _transposed(builder, lines):
+    """An 8 x 8 matrix of eight vectors: off-diagonal quarters swapped, then the quarters of quarters."""
+    for half in (4, 2, 1):
+        left = [i - half + 8 if i & half else i for i in range(8)]
+        right = [i + 8 if i & half else i + half for i in range(8)]
+        lines = [
+            _shuffled(builder, lines[i & ~half], lines[i | half], right if i & half else left) for i in range(8)]
+    return lines
+
+
+def _square(move):
+    """An intrinsic with the arguments of _gather: ``move`` is given pointers to the rows and to the lines."""
+
+    @intrinsic(prefer_literal=True)
+    def moved(context, rows, width, entry, entries, row, last, lines, lane):
+        if not rows.dtype == lines.dtype == types.float64:
+            raise TypeError("batches are arrays of float64")
+        number = types.intp
+
+        def generate(context, builder, signature, arguments):
+            def constant(value):
+                return context.get_constant(number, value)
+
+            array, width, entry, _, row, last, scratch, lane = arguments
+
+            def pointers(kind, array, indices, lanes):
+                start = context.make_array(kind)(context, builder, array).data
+                vector = ir.VectorType(ir.DoubleType(), lanes).as_pointer()
+                return [builder.bitcast(builder.gep(start, [index]), vector) for index in indices]
+
+            states = [builder.add(row, constant(j)) for j in range(8)]
+            states = [builder.select(builder.icmp_signed("<", state, last), state, last) for state in states]
+            starts = [builder.add(builder.mul(state, width), entry) for state in states]
+            places = [builder.add(entry, constant(i)) for i in range(entries.literal_value)]
+            places = [builder.add(builder.mul(place, constant(BLOCK)), lane) for place in places]
+            move(
+                builder, pointers(rows, array, starts, len(places)), pointers(lines, scratch, places, 8))
+            return context.get_dummy_value()
+
+        # With the literal: instructions are found again by the signature.
+        return types.void(rows, number, number, entries, number, number, lines, number), generate
+
+    return moved
+
+
+def _from_rows(builder, rows, lines):
+    wide = [min(i, len(lines) - 1) for i in range(8)]
+    loaded = [builder.load(row, align=8) for row in rows]
+    for value, line in zip(_transposed(builder, [_shuffled(builder, x, x, wide) for x in loaded]), lines):
+        builder.store(value, line, align=8)
+
+
+def _to_rows(builder, rows, lines):
+    loaded = [builder.load(line, align=8) for line in lines]
+    for value, row in zip(_transposed(builder, loaded + loaded[:1] * (8 - len(lines))), rows):
+        builder.store(_shuffled(builder, value, value, list(range(len(lines)))), row, align=8)
+
+
+if not config.DISABLE_JIT:
+    _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -84,15 +234,13 @@ def _step(x):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics(q, qd, qdd, out, k, S):
+def _inverse_dynamics(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -115,7 +263,7 @@ def inverse_dynamics(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(2)
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
     return out
 
 
@@ -130,7 +278,7 @@ def inverse_dynamics_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -138,29 +286,25 @@ def inverse_dynamics_packed(both):
     """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("inverse_dynamics_packed takes 8 numbers: q, qd, qdd, result")
-    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -173,9 +317,9 @@ def inverse_dynamics_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -190,7 +334,9 @@ def inverse_dynamics_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -203,11 +349,14 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -221,12 +370,13 @@ def inverse_dynamics_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -239,17 +389,17 @@ def inverse_dynamics_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -258,12 +408,10 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
     t8 = p_m * p_l
     J_2_xx = p_l * t8 * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -288,7 +436,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
     return out
 
 
@@ -305,7 +453,7 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -313,29 +461,25 @@ def inverse_dynamics_p_packed(both):
     """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("inverse_dynamics_p_packed takes 11 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -350,9 +494,9 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -369,7 +513,9 @@ def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -384,11 +530,14 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -404,12 +553,13 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -422,35 +572,30 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics(q, qd, tau, out, k, S):
+def _forward_dynamics(q, qd, tau, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
     tau_2 = tau[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
-    omega_2r_x = qd_1 * s_2
+    omega_2r_x = s_2 * qd_1
     # solve: L D L^T
-    t16 = (tau_1 + omega_2r_x * (c_2 * qd_2) * 0.5) / C_2t_xx
-    t24 = (tau_2 - c_2 * (0.25 * (qd_1 * omega_2r_x) + 4.905)) * 4.0
+    t16 = (omega_2r_x * (c_2 * qd_2) * -0.5 - tau_1) / (c_2 * c_2 * -0.25)
+    t25 = (tau_2 - c_2 * (qd_1 * omega_2r_x * 0.25 + 4.905)) * 4.0
     out[0 * S + k] = t16
-    out[1 * S + k] = t24
+    out[1 * S + k] = t25
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -463,7 +608,7 @@ def forward_dynamics(q, qd, tau):
     if tau.shape[0] != 2:
         raise ValueError("tau must have 2 entries")
     out = np.empty(2)
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
     return out
 
 
@@ -478,7 +623,7 @@ def forward_dynamics_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -486,29 +631,25 @@ def forward_dynamics_packed(both):
     """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("forward_dynamics_packed takes 8 numbers: q, qd, tau, result")
-    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -521,9 +662,9 @@ def forward_dynamics_batch(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -538,7 +679,9 @@ def forward_dynamics_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -551,11 +694,14 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -569,12 +715,13 @@ def forward_dynamics_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -587,17 +734,17 @@ def forward_dynamics_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_p(q, qd, tau, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -606,23 +753,19 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t3 = p_m * p_l
-    J_2_xx = p_l * t3 * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t8 = J_2_xx * c_2
+    t4 = p_m * p_l
+    J_2_xx = p_l * t4 * 0.25
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t8
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t15 = s_2 * (t8 * qd_1)
-    # solve: L D L^T
-    t30 = (tau_2 - qd_1 * t15 - p_g * (t3 * c_2) * 0.5) / J_2_xx
-    out[0 * S + k] = (tau_1 + qd_2 * t15 * 2.0) / C_2t_xx
-    out[1 * S + k] = t30
+    t9 = J_2_xx * c_2
+    S_2t_11 = c_2 * t9
+    # link 2 (arm): angular velocity of link 1
+    omega_2r_x = s_2 * qd_1
+    # effort less bias force
+    t29 = c_2 * (omega_2r_x * (J_2_xx * qd_1) + t4 * p_g * 0.5)
+    out[0 * S + k] = (tau_1 + omega_2r_x * (t9 * qd_2) * 2.0) / S_2t_11
+    out[1 * S + k] = (tau_2 - t29) / J_2_xx
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -637,7 +780,7 @@ def forward_dynamics_p(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
     return out
 
 
@@ -654,7 +797,7 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -662,29 +805,25 @@ def forward_dynamics_p_packed(both):
     """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("forward_dynamics_p_packed takes 11 numbers: q, qd, tau, p, result")
-    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -699,9 +838,9 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -718,7 +857,9 @@ def forward_dynamics_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -733,11 +874,14 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -753,12 +897,13 @@ def forward_dynamics_p_soa(q, qd, tau, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -771,23 +916,22 @@ def forward_dynamics_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix(q, out, k, S):
+def _mass_matrix(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
+    _, t2 = turns((q_2,))
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = 0.25 * (c_2 * c_2)
-    out[0 * S + k] = C_2t_xx
+    S_2t_11 = 0.25 * (t2 * t2)
+    out[0 * S + k] = S_2t_11
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.25
@@ -799,7 +943,7 @@ def mass_matrix(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(4)
-    _mass_matrix(q, out, 0, 1)
+    _mass_matrix(q, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -810,7 +954,7 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix(q, out.ravel(), 0, 1)
+    _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -818,23 +962,21 @@ def mass_matrix_packed(both):
     """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("mass_matrix_packed takes 6 numbers: q, result")
-    _mass_matrix(both[0:2], both[2:], 0, 1)
+    _mass_matrix(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -843,8 +985,8 @@ def mass_matrix_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_rows(q, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -856,7 +998,9 @@ def mass_matrix_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_rows(q, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -865,8 +1009,9 @@ def mass_matrix_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -879,35 +1024,35 @@ def mass_matrix_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_p(q, p, out, k, S):
+def _mass_matrix_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_m = p[1]
     p_l = p[2]
+    _, t7 = turns((q_2,))
     # link 2 (arm): base parameters
     J_2_xx = p_m * (p_l * p_l) * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = J_2_xx * (c_2 * c_2)
-    out[0 * S + k] = C_2t_xx
+    S_2t_11 = J_2_xx * (t7 * t7)
+    out[0 * S + k] = S_2t_11
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = J_2_xx
@@ -921,7 +1066,7 @@ def mass_matrix_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _mass_matrix_p(q, p, out, 0, 1)
+    _mass_matrix_p(q, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -934,7 +1079,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -942,23 +1087,21 @@ def mass_matrix_p_packed(both):
     """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("mass_matrix_p_packed takes 9 numbers: q, p, result")
-    _mass_matrix_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _mass_matrix_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -969,8 +1112,8 @@ def mass_matrix_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -984,7 +1127,9 @@ def mass_matrix_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_p_rows(q, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -995,8 +1140,9 @@ def mass_matrix_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1011,31 +1157,29 @@ def mass_matrix_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse(q, out, k, S):
+def _mass_matrix_inverse(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
-    out[0 * S + k] = 1.0 / C_2t_xx
+    _, t1 = turns((q_2,))
+    out[0 * S + k] = -1.0 / (t1 * t1 * -0.25)
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 4.0
@@ -1047,7 +1191,7 @@ def mass_matrix_inverse(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(4)
-    _mass_matrix_inverse(q, out, 0, 1)
+    _mass_matrix_inverse(q, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1058,7 +1202,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1066,23 +1210,21 @@ def mass_matrix_inverse_packed(both):
     """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("mass_matrix_inverse_packed takes 6 numbers: q, result")
-    _mass_matrix_inverse(both[0:2], both[2:], 0, 1)
+    _mass_matrix_inverse(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1091,8 +1233,8 @@ def mass_matrix_inverse_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_inverse_rows(q, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1104,7 +1246,9 @@ def mass_matrix_inverse_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_inverse_rows(q, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1113,8 +1257,9 @@ def mass_matrix_inverse_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1127,35 +1272,35 @@ def mass_matrix_inverse_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse_p(q, p, out, k, S):
+def _mass_matrix_inverse_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_m = p[1]
     p_l = p[2]
+    _, t7 = turns((q_2,))
     # link 2 (arm): base parameters
     J_2_xx = p_m * (p_l * p_l) * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = J_2_xx * (c_2 * c_2)
-    out[0 * S + k] = 1.0 / C_2t_xx
+    S_2t_11 = J_2_xx * (t7 * t7)
+    out[0 * S + k] = 1.0 / S_2t_11
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 1.0 / J_2_xx
@@ -1169,7 +1314,7 @@ def mass_matrix_inverse_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1182,7 +1327,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1190,23 +1335,21 @@ def mass_matrix_inverse_p_packed(both):
     """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("mass_matrix_inverse_p_packed takes 9 numbers: q, p, result")
-    _mass_matrix_inverse_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _mass_matrix_inverse_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1217,8 +1360,8 @@ def mass_matrix_inverse_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1232,7 +1375,9 @@ def mass_matrix_inverse_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1243,8 +1388,9 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1259,31 +1405,30 @@ def mass_matrix_inverse_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force(q, qd, out, k, S):
+def _bias_force(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): Euler, inertial moment
@@ -1302,7 +1447,7 @@ def bias_force(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(2)
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1315,7 +1460,7 @@ def bias_force_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1323,26 +1468,23 @@ def bias_force_packed(both):
     """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("bias_force_packed takes 6 numbers: q, qd, result")
-    _bias_force(both[0:2], both[2:4], both[4:], 0, 1)
+    _bias_force(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1353,9 +1495,9 @@ def bias_force_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _bias_force_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1368,7 +1510,9 @@ def bias_force_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _bias_force_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1379,11 +1523,13 @@ def bias_force_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1395,11 +1541,12 @@ def bias_force_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1408,28 +1555,26 @@ def bias_force_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force_p(q, qd, p, out, k, S):
+def _bias_force_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
     t6 = p_m * p_l
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm): Euler, inertial moment
     t13 = s_2 * (t6 * (qd_1 * p_l)) * 0.25
     N_2_z = c_2 * (qd_1 * t13 + p_g * t6 * 0.5)
@@ -1449,7 +1594,7 @@ def bias_force_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1464,7 +1609,7 @@ def bias_force_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1472,26 +1617,23 @@ def bias_force_p_packed(both):
     """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("bias_force_p_packed takes 9 numbers: q, qd, p, result")
-    _bias_force_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _bias_force_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1504,9 +1646,9 @@ def bias_force_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _bias_force_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1521,7 +1663,9 @@ def bias_force_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _bias_force_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1534,11 +1678,13 @@ def bias_force_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1552,11 +1698,12 @@ def bias_force_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1565,24 +1712,21 @@ def bias_force_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity(q, out, k, S):
+def _gravity(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    N_2_z = c_2 * 4.905
+    _, c_2 = turns((q_2,))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = N_2_z
+    out[1 * S + k] = c_2 * 4.905
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1591,7 +1735,7 @@ def gravity(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(2)
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
     return out
 
 
@@ -1602,7 +1746,7 @@ def gravity_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1610,23 +1754,21 @@ def gravity_packed(both):
     """gravity of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("gravity_packed takes 4 numbers: q, result")
-    _gravity(both[0:2], both[2:], 0, 1)
+    _gravity(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1635,9 +1777,9 @@ def gravity_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _gravity_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1648,7 +1790,9 @@ def gravity_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _gravity_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1657,11 +1801,12 @@ def gravity_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1671,35 +1816,33 @@ def gravity_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity_p(q, p, out, k, S):
+def _gravity_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    N_2_z = c_2 * (p_l * (p_g * p_m)) * 0.5
+    _, c_2 = turns((q_2,))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = N_2_z
+    out[1 * S + k] = c_2 * (p_l * (p_g * p_m)) * 0.5
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1710,7 +1853,7 @@ def gravity_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -1723,7 +1866,7 @@ def gravity_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1731,23 +1874,21 @@ def gravity_p_packed(both):
     """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("gravity_p_packed takes 7 numbers: q, p, result")
-    _gravity_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _gravity_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1758,9 +1899,9 @@ def gravity_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _gravity_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1773,7 +1914,9 @@ def gravity_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _gravity_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1784,11 +1927,12 @@ def gravity_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1800,31 +1944,30 @@ def gravity_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy(q, qd, out, k, S):
+def _energy(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm): rotation
-    R_2_11 = _cos(q_2)
-    R_2_21 = _sin(q_2)
+    R_2_21, R_2_11 = turns((q_2,))
     # link 2 (arm): angular velocity
     omega_2_y = qd_1 * R_2_11
     out[0 * S + k] = (qd_2 * qd_2 + omega_2_y * omega_2_y) * 0.125
@@ -1839,7 +1982,7 @@ def energy(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(2)
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1852,7 +1995,7 @@ def energy_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1860,26 +2003,23 @@ def energy_packed(both):
     """energy of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("energy_packed takes 6 numbers: q, qd, result")
-    _energy(both[0:2], both[2:4], both[4:], 0, 1)
+    _energy(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1890,9 +2030,9 @@ def energy_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1905,7 +2045,9 @@ def energy_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1916,11 +2058,13 @@ def energy_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1932,11 +2076,12 @@ def energy_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1945,26 +2090,24 @@ def energy_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy_p(q, qd, p, out, k, S):
+def _energy_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
-    # link 2 (arm): rotation
-    R_2_11 = _cos(q_2)
-    R_2_21 = _sin(q_2)
+    R_2_21, R_2_11 = turns((q_2,))
     # link 2 (arm): angular velocity
     omega_2_y = qd_1 * R_2_11
     # link 2 (arm): velocity of its frame
@@ -1986,7 +2129,7 @@ def energy_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -2001,7 +2144,7 @@ def energy_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2009,26 +2152,23 @@ def energy_p_packed(both):
     """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("energy_p_packed takes 9 numbers: q, qd, p, result")
-    _energy_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _energy_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2041,9 +2181,9 @@ def energy_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2058,7 +2198,9 @@ def energy_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2071,11 +2213,13 @@ def energy_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2089,11 +2233,12 @@ def energy_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2102,17 +2247,17 @@ def energy_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation(x, u, out, k, S):
+def _actuation(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     out[0 * S + k] = u_1
@@ -2127,7 +2272,7 @@ def actuation(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(2)
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2140,7 +2285,7 @@ def actuation_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2148,26 +2293,23 @@ def actuation_packed(both):
     """actuation of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("actuation_packed takes 8 numbers: x, u, result")
-    _actuation(both[0:4], both[4:6], both[6:], 0, 1)
+    _actuation(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2178,9 +2320,9 @@ def actuation_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _actuation_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2193,7 +2335,9 @@ def actuation_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _actuation_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2204,11 +2348,13 @@ def actuation_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2220,11 +2366,12 @@ def actuation_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2233,17 +2380,17 @@ def actuation_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation_p(x, u, p, out, k, S):
+def _actuation_p(x, u, p, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     out[0 * S + k] = u_1
@@ -2260,7 +2407,7 @@ def actuation_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2275,7 +2422,7 @@ def actuation_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2283,26 +2430,23 @@ def actuation_p_packed(both):
     """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("actuation_p_packed takes 11 numbers: x, u, p, result")
-    _actuation_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _actuation_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2315,9 +2459,9 @@ def actuation_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _actuation_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2332,7 +2476,9 @@ def actuation_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _actuation_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2345,11 +2491,13 @@ def actuation_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2363,11 +2511,12 @@ def actuation_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2376,36 +2525,32 @@ def actuation_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative(x, u, out, k, S):
+def _state_derivative(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # solve: L D L^T
-    t24 = (u_2 - c_2 * (0.25 * (qd_1 * omega_2r_x) + 4.905)) * 4.0
+    t16 = (omega_2r_x * (qd_2 * c_2) * -0.5 - u_1) / (c_2 * c_2 * -0.25)
+    t25 = (u_2 - c_2 * (qd_1 * omega_2r_x * 0.25 + 4.905)) * 4.0
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
-    out[2 * S + k] = (u_1 + omega_2r_x * (c_2 * qd_2) * 0.5) / C_2t_xx
-    out[3 * S + k] = t24
+    out[2 * S + k] = t16
+    out[3 * S + k] = t25
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2416,7 +2561,7 @@ def state_derivative(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(4)
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2429,7 +2574,7 @@ def state_derivative_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2437,26 +2582,23 @@ def state_derivative_packed(both):
     """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("state_derivative_packed takes 10 numbers: x, u, result")
-    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2467,9 +2609,9 @@ def state_derivative_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2482,7 +2624,9 @@ def state_derivative_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _state_derivative_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2493,11 +2637,13 @@ def state_derivative_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2509,11 +2655,12 @@ def state_derivative_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2522,17 +2669,17 @@ def state_derivative_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_p(x, u, p, out, k, S):
+def _state_derivative_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
@@ -2541,25 +2688,21 @@ def _state_derivative_p(x, u, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t5 = p_m * p_l
-    J_2_xx = p_l * t5 * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t10 = J_2_xx * c_2
+    t9 = p_l * p_m
+    J_2_xx = p_l * t9 * 0.25
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t10
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t17 = s_2 * (t10 * qd_1)
-    # solve: L D L^T
-    t30 = (u_2 - qd_1 * t17 - p_g * (t5 * c_2) * 0.5) / J_2_xx
+    t14 = J_2_xx * c_2
+    S_2t_11 = c_2 * t14
+    # link 2 (arm): angular velocity of link 1
+    omega_2r_x = qd_1 * s_2
+    # effort less bias force
+    t29 = c_2 * (omega_2r_x * (qd_1 * J_2_xx) + p_g * t9 * 0.5)
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
-    out[2 * S + k] = (u_1 + qd_2 * t17 * 2.0) / C_2t_xx
-    out[3 * S + k] = t30
+    out[2 * S + k] = (u_1 + omega_2r_x * (qd_2 * t14) * 2.0) / S_2t_11
+    out[3 * S + k] = (u_2 - t29) / J_2_xx
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2572,7 +2715,7 @@ def state_derivative_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2587,7 +2730,7 @@ def state_derivative_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2595,26 +2738,23 @@ def state_derivative_p_packed(both):
     """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 13:
         raise ValueError("state_derivative_p_packed takes 13 numbers: x, u, p, result")
-    _state_derivative_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2627,9 +2767,9 @@ def state_derivative_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2644,7 +2784,9 @@ def state_derivative_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _state_derivative_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2657,11 +2799,13 @@ def state_derivative_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2675,11 +2819,12 @@ def state_derivative_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2688,44 +2833,46 @@ def state_derivative_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    # derivative: link 2 (arm): angular velocity of link 1
     omega_2r_y = qd_1 * c_2
     # link 2 (arm): acceleration field U along the axis
     U_2r_x = qdd_1 * c_2
-    # derivative: link 2 (arm): products of angular velocity
-    t13 = c_2 * omega_2r_x
-    # derivative: link 2 (arm): Euler, inertial moment
-    t28 = (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x) * 0.25
-    # derivative: link 2 (arm): moment, before its turn
-    t37 = c_2 * (qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)) + s_2 * (U_2r_x - qd_2 * omega_2r_x * 2.0)
+    # link 2 (arm): acceleration field U
+    U_2_zy = qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    P_2_n_z = G_2_1 * 0.25 - s_2 * 4.905
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = c_2 * omega_2r_x * -0.5
+    t31 = c_2 * U_2_zy + s_2 * (U_2r_x - qd_2 * omega_2r_x * 2.0)
+    y2_2_2_n_y = t31 * -0.25
+    yc_2_2_y = s_2 * omega_2r_y * 0.5
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t37 * -0.25
+    out[1 * S + k] = y2_2_2_n_y
     out[2 * S + k] = -0.5 * (s_2 * (qd_2 * c_2))
-    out[3 * S + k] = t13 * -0.5
+    out[3 * S + k] = y1_2_2_n_y
     out[4 * S + k] = 0.0
-    out[5 * S + k] = t28 - s_2 * 4.905
-    out[6 * S + k] = (s_2 * omega_2r_y + t13) * 0.25
+    out[5 * S + k] = P_2_n_z
+    out[6 * S + k] = yc_2_2_y
     out[7 * S + k] = 0.0
 
 
@@ -2739,7 +2886,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(8)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -2754,7 +2901,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2762,29 +2909,25 @@ def inverse_dynamics_state_jacobian_packed(both):
     """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("inverse_dynamics_state_jacobian_packed takes 14 numbers: q, qd, qdd, result")
-    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2797,8 +2940,8 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 8)
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -2814,7 +2957,9 @@ def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2827,8 +2972,11 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -2845,12 +2993,13 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2863,17 +3012,17 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -2881,32 +3030,37 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t8 = p_m * p_l
-    J_2_xx = p_l * t8 * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t9 = p_m * p_l
+    J_2_xx = p_l * t9 * 0.25
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    # derivative: link 2 (arm): angular velocity of link 1
     omega_2r_y = qd_1 * c_2
     # link 2 (arm): acceleration field U along the axis
     U_2r_x = qdd_1 * c_2
-    # derivative: link 2 (arm): Euler, inertial moment
-    t32 = J_2_xx * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
-    # derivative: link 2 (arm): moment, before its turn
-    t39 = (U_2r_x - qd_2 * omega_2r_x * 2.0) * (J_2_xx * s_2)
-    t40 = J_2_xx * c_2
-    t48 = t39 + (qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)) * t40
+    # link 2 (arm): acceleration field U
+    U_2_zy = qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)
+    # link 2 (arm): moment, before its turn
+    t25 = s_2 * J_2_xx
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    P_2_n_z = J_2_xx * G_2_1 - t9 * (p_g * s_2) * 0.5
+    # link 2 (arm): effort with joint 2
+    t36 = c_2 * J_2_xx
+    y1_2_2_n_y = omega_2r_x * t36 * -2.0
+    t41 = (U_2r_x - qd_2 * omega_2r_x * 2.0) * t25 + U_2_zy * t36
+    y2_2_2_n_y = -t41
+    yc_2_2_y = 2.0 * (omega_2r_y * t25)
     out[0 * S + k] = 0.0
-    out[1 * S + k] = -t48
-    out[2 * S + k] = -2.0 * (t40 * (qd_2 * s_2))
-    out[3 * S + k] = omega_2r_x * t40 * -2.0
+    out[1 * S + k] = y2_2_2_n_y
+    out[2 * S + k] = -2.0 * (t36 * (qd_2 * s_2))
+    out[3 * S + k] = y1_2_2_n_y
     out[4 * S + k] = 0.0
-    out[5 * S + k] = t32 - s_2 * (p_g * t8) * 0.5
-    out[6 * S + k] = J_2_xx * (s_2 * omega_2r_y + c_2 * omega_2r_x)
+    out[5 * S + k] = P_2_n_z
+    out[6 * S + k] = yc_2_2_y
     out[7 * S + k] = 0.0
 
 
@@ -2922,7 +3076,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(8)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -2939,7 +3093,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2947,29 +3101,25 @@ def inverse_dynamics_state_jacobian_p_packed(both):
     """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 17 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2984,8 +3134,8 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 8)
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3003,7 +3153,9 @@ def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3018,8 +3170,11 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3038,12 +3193,13 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3056,49 +3212,48 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
+def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): composite body, before its turn
+    K_2o_12 = qd_2 * 0.5
+    K_2_a = K_2o_12 * (c_2 * s_2)
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - omega_2r_x * omega_2r_x * 2.0
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = c_2 * omega_2r_x * -0.5
+    # effort less bias force
+    t28 = tau_1 - K_2o_12 * y1_2_2_n_y + 0.5 * (qd_1 * K_2_a)
     # solve: L D L^T
-    t17 = 1.0 / C_2t_xx
-    t18 = (tau_1 + c_2 * w_2_xz * 0.5) * t17
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t18
-    # derivative: link 2 (arm): products of angular velocity
-    t24 = c_2 * omega_2r_x
+    t30 = 1.0 / (c_2 * c_2 * -0.25)
+    t31 = t28 * t30
     # derivative of effort
-    t37 = 0.25 * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
-    t39 = s_2 * (w_2_xz * 2.0 - U_2r_x) - c_2 * (s_2 * t18 + 2.0 * (qd_2 * omega_2r_y))
+    t42 = s_2 * (c_2 * t31 + 2.0 * (qd_2 * omega_2r_x)) + c_2 * (s_2 * t31 - 2.0 * (qd_2 * omega_2r_y))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t17 * t39 * -0.25
-    out[2 * S + k] = 0.5 * (t17 * (s_2 * (c_2 * qd_2)))
-    out[3 * S + k] = 0.5 * (t17 * t24)
+    out[1 * S + k] = 0.25 * (t30 * t42)
+    out[2 * S + k] = -(K_2_a * t30)
+    out[3 * S + k] = y1_2_2_n_y * t30
     out[4 * S + k] = 0.0
-    out[5 * S + k] = (s_2 * 4.905 - t37) * 4.0
-    out[6 * S + k] = -(s_2 * omega_2r_y + t24)
+    out[5 * S + k] = (s_2 * 4.905 - G_2_1 * 0.25) * 4.0
+    out[6 * S + k] = s_2 * omega_2r_y * -2.0
     out[7 * S + k] = 0.0
 
 
@@ -3112,7 +3267,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 2:
         raise ValueError("tau must have 2 entries")
     out = np.empty(8)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3127,7 +3282,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3135,29 +3290,25 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 14 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3170,8 +3321,8 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
+    out = np.empty(count * 8)
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3187,7 +3338,9 @@ def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3200,8 +3353,11 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3218,12 +3374,13 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3236,17 +3393,17 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -3254,40 +3411,39 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t3 = p_m * p_l
-    J_2_xx = p_l * t3 * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): moment, before its turn
-    t8 = J_2_xx * c_2
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t8
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t9 = p_m * p_l
+    J_2_xx = p_l * t9 * 0.25
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): effort with joint 2
+    t16 = c_2 * J_2_xx
+    # link 2 (arm): composite body, before its turn
+    S_2t_11 = c_2 * t16
+    K_2_a = t16 * (qd_2 * s_2) * 2.0
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = omega_2r_x * t16 * -2.0
+    t29 = s_2 * J_2_xx
     # solve: L D L^T
-    t23 = 1.0 / C_2t_xx
-    t24 = (tau_1 + t8 * w_2_xz * 2.0) * t23
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t24
-    # derivative: link 2 (arm): Euler, inertial moment
-    t38 = J_2_xx * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
+    t38 = 1.0 / S_2t_11
+    t39 = (tau_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t38
     # derivative of effort
-    t42 = t8 * (s_2 * t24 + 2.0 * (qd_2 * omega_2r_y)) - (w_2_xz * 2.0 - U_2r_x) * (J_2_xx * s_2)
+    t50 = t29 * (c_2 * t39 - 2.0 * (qd_2 * omega_2r_x)) + t16 * (s_2 * t39 + 2.0 * (qd_2 * omega_2r_y))
     # solve: L D L^T
-    t50 = t8 * t23
+    t55 = 1.0 / J_2_xx
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t23 * t42
-    out[2 * S + k] = 2.0 * (t50 * (qd_2 * s_2))
-    out[3 * S + k] = 2.0 * (omega_2r_x * t50)
+    out[1 * S + k] = t38 * t50
+    out[2 * S + k] = K_2_a * t38
+    out[3 * S + k] = -(y1_2_2_n_y * t38)
     out[4 * S + k] = 0.0
-    out[5 * S + k] = (s_2 * (t3 * p_g) * 0.5 - t38) / J_2_xx
-    out[6 * S + k] = -(s_2 * omega_2r_y + c_2 * omega_2r_x)
+    out[5 * S + k] = t55 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
+    out[6 * S + k] = -2.0 * (t55 * (omega_2r_y * t29))
     out[7 * S + k] = 0.0
 
 
@@ -3303,7 +3459,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(8)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3320,7 +3476,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3328,29 +3484,25 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 17 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3365,8 +3517,8 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
+    out = np.empty(count * 8)
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3384,7 +3536,9 @@ def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3399,8 +3553,11 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3419,12 +3576,13 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3437,42 +3595,39 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian(x, u, out, k, S):
+def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): composite body, before its turn
+    K_2o_12 = qd_2 * 0.5
+    K_2_a = K_2o_12 * (c_2 * s_2)
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - omega_2r_x * omega_2r_x * 2.0
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = c_2 * omega_2r_x * -0.5
     # solve: L D L^T
-    t17 = 1.0 / C_2t_xx
-    t18 = (u_1 + c_2 * w_2_xz * 0.5) * t17
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t18
-    # derivative: link 2 (arm): products of angular velocity
-    t24 = c_2 * omega_2r_x
+    t30 = 1.0 / (c_2 * c_2 * -0.25)
+    t31 = (u_1 - K_2o_12 * y1_2_2_n_y + 0.5 * (qd_1 * K_2_a)) * t30
     # derivative of effort
-    t37 = 0.25 * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
-    t39 = s_2 * (w_2_xz * 2.0 - U_2r_x) - c_2 * (s_2 * t18 + 2.0 * (qd_2 * omega_2r_y))
+    t42 = s_2 * (c_2 * t31 + 2.0 * (qd_2 * omega_2r_x)) + c_2 * (s_2 * t31 - 2.0 * (qd_2 * omega_2r_y))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3482,12 +3637,12 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t17 * t39 * -0.25
-    out[10 * S + k] = 0.5 * (t17 * (s_2 * (c_2 * qd_2)))
-    out[11 * S + k] = 0.5 * (t17 * t24)
+    out[9 * S + k] = 0.25 * (t30 * t42)
+    out[10 * S + k] = -(K_2_a * t30)
+    out[11 * S + k] = y1_2_2_n_y * t30
     out[12 * S + k] = 0.0
-    out[13 * S + k] = (s_2 * 4.905 - t37) * 4.0
-    out[14 * S + k] = -(s_2 * omega_2r_y + t24)
+    out[13 * S + k] = (s_2 * 4.905 - G_2_1 * 0.25) * 4.0
+    out[14 * S + k] = s_2 * omega_2r_y * -2.0
     out[15 * S + k] = 0.0
 
 
@@ -3499,7 +3654,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(16)
-    _state_derivative_state_jacobian(x, u, out, 0, 1)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -3512,7 +3667,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3520,26 +3675,24 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 22:
         raise ValueError("state_derivative_state_jacobian_packed takes 22 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3550,8 +3703,8 @@ def state_derivative_state_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    _state_derivative_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 16)
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -3565,7 +3718,9 @@ def state_derivative_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3576,8 +3731,10 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -3592,11 +3749,12 @@ def state_derivative_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((16, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3605,17 +3763,17 @@ def state_derivative_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
@@ -3623,33 +3781,32 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t4 = p_m * p_l
-    J_2_xx = p_l * t4 * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): moment, before its turn
-    t9 = J_2_xx * c_2
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t9
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t9 = p_l * p_m
+    J_2_xx = p_l * t9 * 0.25
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): effort with joint 2
+    t16 = c_2 * J_2_xx
+    # link 2 (arm): composite body, before its turn
+    S_2t_11 = c_2 * t16
+    K_2_a = t16 * (qd_2 * s_2) * 2.0
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = omega_2r_x * t16 * -2.0
+    t29 = s_2 * J_2_xx
     # solve: L D L^T
-    t23 = 1.0 / C_2t_xx
-    t24 = (u_1 + t9 * w_2_xz * 2.0) * t23
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t24
-    # derivative: link 2 (arm): Euler, inertial moment
-    t38 = J_2_xx * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
+    t38 = 1.0 / S_2t_11
+    t39 = (u_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t38
     # derivative of effort
-    t42 = t9 * (s_2 * t24 + 2.0 * (qd_2 * omega_2r_y)) - (w_2_xz * 2.0 - U_2r_x) * (J_2_xx * s_2)
+    t50 = t29 * (c_2 * t39 - 2.0 * (qd_2 * omega_2r_x)) + t16 * (s_2 * t39 + 2.0 * (qd_2 * omega_2r_y))
     # solve: L D L^T
-    t50 = t9 * t23
+    t55 = 1.0 / J_2_xx
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3659,12 +3816,12 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t23 * t42
-    out[10 * S + k] = 2.0 * (t50 * (qd_2 * s_2))
-    out[11 * S + k] = 2.0 * (omega_2r_x * t50)
+    out[9 * S + k] = t38 * t50
+    out[10 * S + k] = K_2_a * t38
+    out[11 * S + k] = -(y1_2_2_n_y * t38)
     out[12 * S + k] = 0.0
-    out[13 * S + k] = (s_2 * (t4 * p_g) * 0.5 - t38) / J_2_xx
-    out[14 * S + k] = -(s_2 * omega_2r_y + c_2 * omega_2r_x)
+    out[13 * S + k] = t55 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
+    out[14 * S + k] = -2.0 * (t55 * (omega_2r_y * t29))
     out[15 * S + k] = 0.0
 
 
@@ -3678,7 +3835,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(16)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -3693,7 +3850,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3701,26 +3858,24 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 25:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 25 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3733,8 +3888,8 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 16)
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -3750,7 +3905,9 @@ def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3763,8 +3920,10 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -3781,11 +3940,12 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((16, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3794,27 +3954,24 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian(x, u, out, k, S):
+def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
+    _, t1 = turns((q_2,))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = 1.0 / C_2t_xx
+    out[4 * S + k] = -1.0 / (t1 * t1 * -0.25)
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 4.0
@@ -3828,7 +3985,7 @@ def state_derivative_input_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(8)
-    _state_derivative_input_jacobian(x, u, out, 0, 1)
+    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 2))
 
 
@@ -3841,7 +3998,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3849,26 +4006,23 @@ def state_derivative_input_jacobian_packed(both):
     """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("state_derivative_input_jacobian_packed takes 14 numbers: x, u, result")
-    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3879,8 +4033,8 @@ def state_derivative_input_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 8)
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 2))
 
 
@@ -3894,7 +4048,9 @@ def state_derivative_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 2):
         raise ValueError("out must have the shape (states, 4, 2)")
-    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3905,8 +4061,10 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -3921,11 +4079,12 @@ def state_derivative_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3934,31 +4093,30 @@ def state_derivative_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     p_m = p[1]
     p_l = p[2]
+    _, t7 = turns((q_2,))
     # link 2 (arm): base parameters
     J_2_xx = p_m * (p_l * p_l) * 0.25
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = J_2_xx * (c_2 * c_2)
+    S_2t_11 = J_2_xx * (t7 * t7)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = 1.0 / C_2t_xx
+    out[4 * S + k] = 1.0 / S_2t_11
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0 / J_2_xx
@@ -3974,7 +4132,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(8)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 2))
 
 
@@ -3989,7 +4147,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3997,26 +4155,23 @@ def state_derivative_input_jacobian_p_packed(both):
     """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("state_derivative_input_jacobian_p_packed takes 17 numbers: x, u, p, result")
-    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4029,8 +4184,8 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 8)
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 2))
 
 
@@ -4046,7 +4201,9 @@ def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 2):
         raise ValueError("out must have the shape (states, 4, 2)")
-    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4059,8 +4216,10 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -4077,11 +4236,12 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4090,25 +4250,23 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -4138,7 +4296,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(6)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((2, 3))
 
 
@@ -4153,7 +4311,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4161,29 +4319,25 @@ def inverse_dynamics_parameter_jacobian_packed(both):
     """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 12:
         raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 12 numbers: q, qd, qdd, result")
-    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4196,8 +4350,8 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 6)
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 3))
 
 
@@ -4213,7 +4367,9 @@ def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 3):
         raise ValueError("out must have the shape (states, 2, 3)")
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4226,8 +4382,11 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
@@ -4244,12 +4403,13 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4262,17 +4422,17 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -4281,14 +4441,12 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # derivative: link 2 (arm): base parameters
     t11 = p_m * p_l * 0.5
     t14 = p_l * p_l * 0.25
     # link 2 (arm): base parameters
     t15 = p_l * 0.5
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -4321,7 +4479,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(6)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((2, 3))
 
 
@@ -4338,7 +4496,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4346,29 +4504,25 @@ def inverse_dynamics_parameter_jacobian_p_packed(both):
     """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 15:
         raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 15 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4383,8 +4537,8 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 6)
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 3))
 
 
@@ -4402,7 +4556,9 @@ def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 3):
         raise ValueError("out must have the shape (states, 2, 3)")
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4417,8 +4573,11 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
@@ -4437,12 +4596,13 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4455,44 +4615,38 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian(x, u, out, k, S):
+def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.25
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
-    omega_2r_x = qd_1 * s_2
+    omega_2r_x = s_2 * qd_1
     # link 2 (arm): products of angular velocity
     w_2_xy = omega_2r_x * (c_2 * qd_1)
     w_2_xz = qd_2 * omega_2r_x
     # effort less bias force
     t20 = u_2 - c_2 * 4.905
     # link 2 (arm): acceleration field U along the axis
-    t26 = c_2 * (1.0 / C_2t_xx)
-    U_2r_x = (u_1 + c_2 * w_2_xz * 0.5) * t26
+    t27 = c_2 * (1.0 / (c_2 * c_2 * -0.25))
     # solve: L D L^T
-    t33 = t26 * (w_2_xz * 2.0 - U_2r_x)
+    t34 = t27 * ((u_1 + c_2 * w_2_xz * 0.5) * t27 + w_2_xz * 2.0)
     # derivative of effort
-    t36 = c_2 * -4.905
+    t37 = c_2 * -4.905
     # solve: L D L^T
-    t46 = 4.0 * (t36 - 0.5 * (w_2_xy - (0.25 * w_2_xy - t20) * 4.0))
+    t48 = 4.0 * (t37 - 0.5 * (w_2_xy - (w_2_xy * 0.25 - t20) * 4.0))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4500,11 +4654,11 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     out[4 * S + k] = 0.0
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.25 * t33
-    out[8 * S + k] = 0.5 * t33
+    out[7 * S + k] = -0.25 * t34
+    out[8 * S + k] = t34 * -0.5
     out[9 * S + k] = c_2 * -2.0
-    out[10 * S + k] = (t20 - t36) * -4.0
-    out[11 * S + k] = t46
+    out[10 * S + k] = (t20 - t37) * -4.0
+    out[11 * S + k] = t48
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4515,7 +4669,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(12)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 3))
 
 
@@ -4528,7 +4682,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4536,26 +4690,24 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 18:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 18 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4566,8 +4718,8 @@ def state_derivative_parameter_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 12)
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 3))
 
 
@@ -4581,7 +4733,9 @@ def state_derivative_parameter_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 3):
         raise ValueError("out must have the shape (states, 4, 3)")
-    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4592,8 +4746,10 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
@@ -4608,11 +4764,12 @@ def state_derivative_parameter_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((12, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4621,17 +4778,17 @@ def state_derivative_parameter_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
@@ -4640,39 +4797,36 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t5 = p_l * p_l
-    t7 = p_m * 0.25
-    J_2_xx = t5 * t7
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
+    t6 = p_l * p_l
+    t8 = p_m * 0.25
+    J_2_xx = t6 * t8
     # link 2 (arm): composite body, before its turn
-    t10 = J_2_xx * c_2
-    C_2t_xx = c_2 * t10
+    S_2_a = J_2_xx * (s_2 * s_2)
+    S_2t_11 = J_2_xx - S_2_a
     # link 2 (arm): base parameters
-    t16 = p_l * 0.5
-    J_2_x1 = p_m * t16
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t17 = p_l * 0.5
+    J_2_x1 = p_m * t17
     # link 2 (arm): angular velocity of link 1
-    omega_2r_x = qd_1 * s_2
+    omega_2r_x = s_2 * qd_1
     # link 2 (arm): acceleration
-    a_2r_y = c_2 * p_g
+    a_2r_y = p_g * c_2
     # link 2 (arm): products of angular velocity
-    w_2_xy = omega_2r_x * (c_2 * qd_1)
+    w_2_xy = omega_2r_x * (qd_1 * c_2)
     w_2_xz = qd_2 * omega_2r_x
     # solve: L D L^T
-    t34 = 1.0 / J_2_xx
+    t36 = 1.0 / J_2_xx
     # derivative: link 2 (arm): base parameters
-    t38 = 2.0 * (p_l * t7)
-    t39 = t5 * 0.25
+    t40 = 2.0 * (p_l * t8)
+    t41 = t6 * 0.25
     # link 2 (arm): acceleration field U along the axis
-    t40 = c_2 * (1.0 / C_2t_xx)
-    U_2r_x = (u_1 + t10 * w_2_xz * 2.0) * t40
+    t42 = c_2 * (1.0 / S_2t_11)
+    U_2r_x = (u_1 + w_2_xz * (J_2_xx * c_2) * 2.0) * t42
     # derivative of effort
-    t48 = w_2_xy + (u_2 - J_2_xx * w_2_xy - J_2_x1 * a_2r_y) * t34
+    t50 = w_2_xy + (u_2 - J_2_xx * w_2_xy - J_2_x1 * a_2r_y) * t36
     # solve: L D L^T
-    t51 = t40 * (w_2_xz * 2.0 - U_2r_x)
+    t53 = t42 * (w_2_xz * 2.0 - U_2r_x)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4680,11 +4834,11 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[4 * S + k] = 0.0
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
-    out[7 * S + k] = t39 * t51
-    out[8 * S + k] = t38 * t51
-    out[9 * S + k] = -(t34 * (c_2 * J_2_x1))
-    out[10 * S + k] = -(t34 * (t16 * a_2r_y + t39 * t48))
-    out[11 * S + k] = t34 * (p_m * a_2r_y * -0.5 - t38 * t48)
+    out[7 * S + k] = t41 * t53
+    out[8 * S + k] = t40 * t53
+    out[9 * S + k] = -(t36 * (J_2_x1 * c_2))
+    out[10 * S + k] = -(t36 * (t17 * a_2r_y + t41 * t50))
+    out[11 * S + k] = t36 * (p_m * a_2r_y * -0.5 - t40 * t50)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4697,7 +4851,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(12)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 3))
 
 
@@ -4712,7 +4866,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4720,26 +4874,24 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 21 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4752,8 +4904,8 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 12)
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 3))
 
 
@@ -4769,7 +4921,9 @@ def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 3):
         raise ValueError("out must have the shape (states, 4, 3)")
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4782,8 +4936,10 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
@@ -4800,11 +4956,12 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((12, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4813,25 +4970,20 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics(q, out, k, S):
+def _forward_kinematics(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_12 = -(c_1 * s_2)
@@ -4861,7 +5013,7 @@ def forward_kinematics(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1)
+    _forward_kinematics(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -4872,7 +5024,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics(q, out.ravel(), 0, 1)
+    _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4880,23 +5032,22 @@ def forward_kinematics_packed(both):
     """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 18:
         raise ValueError("forward_kinematics_packed takes 18 numbers: q, result")
-    _forward_kinematics(both[0:2], both[2:], 0, 1)
+    _forward_kinematics(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4905,8 +5056,8 @@ def forward_kinematics_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -4918,7 +5069,9 @@ def forward_kinematics_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4927,8 +5080,9 @@ def forward_kinematics_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -4941,34 +5095,30 @@ def forward_kinematics_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics_p(q, p, out, k, S):
+def _forward_kinematics_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_12 = -(c_1 * s_2)
@@ -5004,7 +5154,7 @@ def forward_kinematics_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1)
+    _forward_kinematics_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -5017,7 +5167,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5025,23 +5175,22 @@ def forward_kinematics_p_packed(both):
     """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("forward_kinematics_p_packed takes 21 numbers: q, p, result")
-    _forward_kinematics_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _forward_kinematics_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5052,8 +5201,8 @@ def forward_kinematics_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -5067,7 +5216,9 @@ def forward_kinematics_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5078,8 +5229,9 @@ def forward_kinematics_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -5094,33 +5246,29 @@ def forward_kinematics_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian(q, out, k, S):
+def _jacobian(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_21 = s_1 * c_2
@@ -5148,7 +5296,7 @@ def jacobian(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(12)
-    _jacobian(q, out, 0, 1)
+    _jacobian(q, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5159,7 +5307,7 @@ def jacobian_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian(q, out.ravel(), 0, 1)
+    _jacobian(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5167,23 +5315,22 @@ def jacobian_packed(both):
     """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("jacobian_packed takes 14 numbers: q, result")
-    _jacobian(both[0:2], both[2:], 0, 1)
+    _jacobian(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5192,8 +5339,8 @@ def jacobian_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rows(q, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5205,7 +5352,9 @@ def jacobian_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rows(q, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5214,8 +5363,9 @@ def jacobian_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5228,34 +5378,30 @@ def jacobian_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_p(q, p, out, k, S):
+def _jacobian_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # tool: position
     t8 = p_l * c_2
     x_tool_x = c_1 * t8
@@ -5287,7 +5433,7 @@ def jacobian_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(12)
-    _jacobian_p(q, p, out, 0, 1)
+    _jacobian_p(q, p, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5300,7 +5446,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_p(q, p, out.ravel(), 0, 1)
+    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5308,23 +5454,22 @@ def jacobian_p_packed(both):
     """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("jacobian_p_packed takes 17 numbers: q, p, result")
-    _jacobian_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _jacobian_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5335,8 +5480,8 @@ def jacobian_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5350,7 +5495,9 @@ def jacobian_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_p_rows(q, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5361,8 +5508,9 @@ def jacobian_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5377,35 +5525,31 @@ def jacobian_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate(q, qd, out, k, S):
+def _jacobian_rate(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_21 = s_1 * c_2
@@ -5444,7 +5588,7 @@ def jacobian_rate(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(12)
-    _jacobian_rate(q, qd, out, 0, 1)
+    _jacobian_rate(q, qd, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5457,7 +5601,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5465,26 +5609,24 @@ def jacobian_rate_packed(both):
     """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("jacobian_rate_packed takes 16 numbers: q, qd, result")
-    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1)
+    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5495,8 +5637,8 @@ def jacobian_rate_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rate_rows(q, qd, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5510,7 +5652,9 @@ def jacobian_rate_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rate_rows(q, qd, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5521,8 +5665,10 @@ def jacobian_rate_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5537,11 +5683,12 @@ def jacobian_rate_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5550,28 +5697,23 @@ def jacobian_rate_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate_p(q, qd, p, out, k, S):
+def _jacobian_rate_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # tool: position
     t9 = p_l * c_2
     x_tool_x = c_1 * t9
@@ -5614,7 +5756,7 @@ def jacobian_rate_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(12)
-    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5629,7 +5771,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5637,26 +5779,24 @@ def jacobian_rate_p_packed(both):
     """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("jacobian_rate_p_packed takes 19 numbers: q, qd, p, result")
-    _jacobian_rate_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _jacobian_rate_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5669,8 +5809,8 @@ def jacobian_rate_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5686,7 +5826,9 @@ def jacobian_rate_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5699,8 +5841,10 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5717,11 +5861,12 @@ def jacobian_rate_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5730,25 +5875,20 @@ def jacobian_rate_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass(q, out, k, S):
+def _center_of_mass(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): all from here on: first moment, before its turn
     h_2t_x = c_2 * 0.5
     h_2t_y = s_2 * 0.5
@@ -5766,7 +5906,7 @@ def center_of_mass(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(3)
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
     return out
 
 
@@ -5777,7 +5917,7 @@ def center_of_mass_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5785,23 +5925,21 @@ def center_of_mass_packed(both):
     """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("center_of_mass_packed takes 5 numbers: q, result")
-    _center_of_mass(both[0:2], both[2:], 0, 1)
+    _center_of_mass(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5810,9 +5948,9 @@ def center_of_mass_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5823,7 +5961,9 @@ def center_of_mass_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5832,11 +5972,12 @@ def center_of_mass_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5846,35 +5987,31 @@ def center_of_mass_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass_p(q, p, out, k, S):
+def _center_of_mass_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_m = p[1]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     t13 = 1.0 / p_m * (p_m * p_l) * 0.5
     t14 = c_2 * t13
     out[0 * S + k] = c_1 * t14
@@ -5890,7 +6027,7 @@ def center_of_mass_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(3)
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -5903,7 +6040,7 @@ def center_of_mass_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5911,23 +6048,21 @@ def center_of_mass_p_packed(both):
     """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("center_of_mass_p_packed takes 8 numbers: q, p, result")
-    _center_of_mass_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _center_of_mass_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5938,9 +6073,9 @@ def center_of_mass_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5953,7 +6088,9 @@ def center_of_mass_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5964,11 +6101,12 @@ def center_of_mass_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5980,39 +6118,38 @@ def center_of_mass_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix(q, qd, out, k, S):
+def _coriolis_matrix(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm): Coriolis terms with joint 2
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm): effort with joint 2
     t5 = c_2 * s_2
     t6 = qd_1 * t5
-    s_2_2_n_y = t6 * -0.25
-    k_2_2_y = t6 * 0.25
+    yc_2_2_y = t6 * 0.25
+    y1_2_2_n_y = t6 * -0.25
     out[0 * S + k] = -0.25 * (qd_2 * t5)
-    out[1 * S + k] = s_2_2_n_y
-    out[2 * S + k] = k_2_2_y
+    out[1 * S + k] = y1_2_2_n_y
+    out[2 * S + k] = yc_2_2_y
     out[3 * S + k] = 0.0
 
 
@@ -6024,7 +6161,7 @@ def coriolis_matrix(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(4)
-    _coriolis_matrix(q, qd, out, 0, 1)
+    _coriolis_matrix(q, qd, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -6037,7 +6174,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6045,26 +6182,23 @@ def coriolis_matrix_packed(both):
     """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("coriolis_matrix_packed takes 8 numbers: q, qd, result")
-    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1)
+    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6075,8 +6209,8 @@ def coriolis_matrix_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _coriolis_matrix_rows(q, qd, out, 0, count)
+    out = np.empty(count * 4)
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -6090,7 +6224,9 @@ def coriolis_matrix_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _coriolis_matrix_rows(q, qd, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6101,8 +6237,10 @@ def coriolis_matrix_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -6117,11 +6255,12 @@ def coriolis_matrix_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6130,34 +6269,32 @@ def coriolis_matrix_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix_p(q, qd, p, out, k, S):
+def _coriolis_matrix_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_m = p[1]
     p_l = p[2]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm): Coriolis terms with joint 2
-    t12 = s_2 * (p_m * c_2) * (p_l * p_l) * 0.25
-    k_2_2_y = qd_1 * t12
-    s_2_2_n_y = -k_2_2_y
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): composite body, before its turn
+    t12 = s_2 * (p_m * c_2) * (p_l * p_l) * 0.25
     K_2_a = qd_2 * t12
+    # link 2 (arm): effort with joint 2
+    yc_2_2_y = qd_1 * t12
+    y1_2_2_n_y = -yc_2_2_y
     out[0 * S + k] = -K_2_a
-    out[1 * S + k] = s_2_2_n_y
-    out[2 * S + k] = k_2_2_y
+    out[1 * S + k] = y1_2_2_n_y
+    out[2 * S + k] = yc_2_2_y
     out[3 * S + k] = 0.0
 
 
@@ -6171,7 +6308,7 @@ def coriolis_matrix_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -6186,7 +6323,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6194,26 +6331,23 @@ def coriolis_matrix_p_packed(both):
     """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("coriolis_matrix_p_packed takes 11 numbers: q, qd, p, result")
-    _coriolis_matrix_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _coriolis_matrix_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6226,8 +6360,8 @@ def coriolis_matrix_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 4)
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -6243,7 +6377,9 @@ def coriolis_matrix_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6256,8 +6392,10 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -6274,11 +6412,12 @@ def coriolis_matrix_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6287,17 +6426,17 @@ def coriolis_matrix_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort(q, wrench, out, k, S):
+def _wrench_effort(q, wrench, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     w_1 = wrench[0 * S + k]
@@ -6306,12 +6445,7 @@ def _wrench_effort(q, wrench, out, k, S):
     w_4 = wrench[3 * S + k]
     w_5 = wrench[4 * S + k]
     w_6 = wrench[5 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (column): force on the tool
     f_1_x = w_1 * c_1 + w_2 * s_1
     out[0 * S + k] = w_6 + c_2 * (w_2 * c_1 - w_1 * s_1)
@@ -6326,7 +6460,7 @@ def wrench_effort(q, wrench):
     if wrench.shape[0] != 6:
         raise ValueError("wrench must have 6 entries")
     out = np.empty(2)
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
     return out
 
 
@@ -6339,7 +6473,7 @@ def wrench_effort_into(q, wrench, out):
         raise ValueError("wrench must have 6 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6347,26 +6481,23 @@ def wrench_effort_packed(both):
     """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("wrench_effort_packed takes 10 numbers: q, wrench, result")
-    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1)
+    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_rows(q, wrench, out, first, last):
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6377,9 +6508,9 @@ def wrench_effort_batch(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _wrench_effort_rows(q, wrench, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6392,7 +6523,9 @@ def wrench_effort_batch_into(q, wrench, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _wrench_effort_rows(q, wrench, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6403,11 +6536,13 @@ def wrench_effort_batch_parallel(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6419,11 +6554,12 @@ def wrench_effort_soa(q, wrench):
         raise ValueError("wrench must have as many columns as q, and 6 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6432,17 +6568,17 @@ def wrench_effort_soa(q, wrench):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort_p(q, wrench, p, out, k, S):
+def _wrench_effort_p(q, wrench, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     w_1 = wrench[0 * S + k]
@@ -6452,12 +6588,7 @@ def _wrench_effort_p(q, wrench, p, out, k, S):
     w_5 = wrench[4 * S + k]
     w_6 = wrench[5 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (column): force on the tool
     f_1_x = w_1 * c_1 + w_2 * s_1
     # link 2 (arm): place of the tool, before its turn
@@ -6477,7 +6608,7 @@ def wrench_effort_p(q, wrench, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
     return out
 
 
@@ -6492,7 +6623,7 @@ def wrench_effort_p_into(q, wrench, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6500,26 +6631,23 @@ def wrench_effort_p_packed(both):
     """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 13:
         raise ValueError("wrench_effort_p_packed takes 13 numbers: q, wrench, p, result")
-    _wrench_effort_p(both[0:2], both[2:8], both[8:11], both[11:], 0, 1)
+    _wrench_effort_p(both[0:2], both[2:8], both[8:11], both[11:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_p_rows(q, wrench, p, out, first, last):
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6532,9 +6660,9 @@ def wrench_effort_p_batch(q, wrench, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6549,7 +6677,9 @@ def wrench_effort_p_batch_into(q, wrench, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6562,11 +6692,13 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6580,11 +6712,12 @@ def wrench_effort_p_soa(q, wrench, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6593,10 +6726,10 @@ def wrench_effort_p_soa(q, wrench, p):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out

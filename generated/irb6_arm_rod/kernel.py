@@ -16,7 +16,9 @@ Batches are computed in blocks across states, in which the compiler can use vect
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import config, njit, prange, types
+from numba.core.cgutils import ir
+from numba.extending import intrinsic
 
 ROBOT = 'irb6-arm-rod'
 COORDINATES = ('column', 'arm')
@@ -34,43 +36,191 @@ PARAMETER_VALUES = np.array([9.81, 1.0, 1.0])
 
 
 FAST = {"contract"}  # a product and a sum may be rounded as one; nothing else is rearranged
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 
 
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _sincos(x):
-    """Sine and cosine without a branch, so that loops over states vectorise.
+SINE = (  # coefficients of fdlibm (Sun Microsystems 1993), for angles up to pi/4
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)
+COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)
+
+
+def _sincos(builder, x):
+    """Instructions of LLVM for sine and cosine of a double, or of every lane of a vector, without a branch.
 
     To 2.3e-16 for |x| up to 1e6; beyond, as exact as x itself is spaced; not a number from 1e15 on.
-    The argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980), polynomials are
-    those of fdlibm (Sun Microsystems 1993).
+    The angle is reduced by multiples of pi/2 in two parts (Cody and Waite 1980).
     """
-    n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0
-    r = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21
-    z = r * r
-    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06 + z * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))
-    s = r + r * z * (-1.66666666666666324348e-01 + z * s)
-    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (
-        2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)))
-    quarter = n - 4.0 * math.floor(0.25 * n)
-    odd = (quarter == 1.0) | (quarter == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quarter >= 2.0 else sine
-    cosine = -cosine if (quarter == 1.0) | (quarter == 2.0) else cosine
-    known = abs(x) < 1e15
-    return (sine if known else math.nan), (cosine if known else math.nan)
+    lanes = x.type.count if isinstance(x.type, ir.VectorType) else 0
+    integer = ir.VectorType(ir.IntType(64), lanes) if lanes else ir.IntType(64)
+
+    def number(value, kind=x.type):
+        return ir.Constant(kind, [value] * lanes if lanes else value)
+
+    def times(a, b):
+        return builder.fmul(a, b, flags=[*FAST])
+
+    def plus(a, b):
+        return builder.fadd(a, b, flags=[*FAST])
+
+    # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
+    rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
+    n = builder.fsub(rounded, number(6755399441055744.0))
+    r = plus(plus(x, times(n, number(-1.5707963267341256))), times(n, number(-6.077100506506192e-11)))
+    above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
+    r = builder.select(builder.and_(above, below), r, number(math.nan))
+    z = times(r, r)
+    s, c = number(SINE[-1]), number(COSINE[-1])
+    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    s = plus(times(times(r, z), s), r)
+    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
+    quarter = builder.bitcast(rounded, integer)
+    odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
+
+    def signed(value, quarters):  # negative in the third and fourth quarter
+        sign = builder.and_(builder.shl(quarters, number(62, integer)), number(-(2**63), integer))
+        return builder.bitcast(builder.xor(builder.bitcast(value, integer), sign), x.type)
+
+    sine = signed(builder.select(odd, c, s), quarter)
+    return sine, signed(builder.select(odd, s, c), builder.add(quarter, number(1, integer)))
+
+
+def _lane(i):
+    return ir.Constant(ir.IntType(32), i)
+
+
+def _sincos_in_vectors_of(most):
+    """An intrinsic: a tuple of angles to their sines and cosines, sine, cosine, sine, ..."""
+
+    def generate(context, builder, signature, arguments):
+        angles = [builder.extract_value(arguments[0], i) for i in range(signature.args[0].count)]
+        found = []
+        for some in [angles[i:i + most] for i in range(0, len(angles), most)]:
+            lanes = 2 ** (len(some) - 1).bit_length()
+            if lanes == 1:
+                found += _sincos(builder, some[0])
+                continue
+            x = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [0.0] * lanes)
+            for i, angle in enumerate(some):
+                x = builder.insert_element(x, angle, _lane(i))
+            both = _sincos(builder, x)
+            found += [builder.extract_element(vector, _lane(i)) for i in range(len(some)) for vector in both]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    @intrinsic
+    def sincos(context, angles):
+        count = len(angles)
+        return types.UniTuple(types.float64, 2 * count)(types.UniTuple(types.float64, count)), generate
+
+    return sincos
+
+
+def _apart(angles):
+    """Sines and cosines of a tuple of angles, each by itself: where a loop over states has the vectors."""
+    return tuple(function(x) for x in angles for function in (math.sin, math.cos))
+
+
+_together = _apart  # up to eight angles in one vector: where there is a single state
+if not config.DISABLE_JIT:
+    _apart, _together = _sincos_in_vectors_of(1), _sincos_in_vectors_of(8)
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _sin(x):
-    return _sincos(x)[0]
+    return _apart((x,))[0]
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _cos(x):
-    return _sincos(x)[1]
+    return _apart((x,))[1]
+
+
+def _gather(rows, width, entry, entries, row, last, lines, lane):
+    """A square of eight states to lines, one per entry: entry + i of state row + j to lane + j of line entry + i.
+
+    Behind the last state there are copies of it.
+    """
+    for j in range(8):
+        for i in range(entries):
+            lines[BLOCK * (entry + i) + lane + j] = rows[width * min(row + j, last) + entry + i]
+
+
+def _scatter(rows, width, entry, entries, row, last, lines, lane):
+    """The way back; copies of the last state are stored over each other."""
+    for j in range(8):
+        for i in range(entries):
+            rows[width * min(row + j, last) + entry + i] = lines[BLOCK * (entry + i) + lane + j]
+
+
+def _shuffled(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _transposed(builder, lines):
+    """An 8 x 8 matrix of eight vectors: off-diagonal quarters swapped, then the quarters of quarters."""
+    for half in (4, 2, 1):
+        left = [i - half + 8 if i & half else i for i in range(8)]
+        right = [i + 8 if i & half else i + half for i in range(8)]
+        lines = [
+            _shuffled(builder, lines[i & ~half], lines[i | half], right if i & half else left) for i in range(8)]
+    return lines
+
+
+def _square(move):
+    """An intrinsic with the arguments of _gather: ``move`` is given pointers to the rows and to the lines."""
+
+    @intrinsic(prefer_literal=True)
+    def moved(context, rows, width, entry, entries, row, last, lines, lane):
+        if not rows.dtype == lines.dtype == types.float64:
+            raise TypeError("batches are arrays of float64")
+        number = types.intp
+
+        def generate(context, builder, signature, arguments):
+            def constant(value):
+                return context.get_constant(number, value)
+
+            array, width, entry, _, row, last, scratch, lane = arguments
+
+            def pointers(kind, array, indices, lanes):
+                start = context.make_array(kind)(context, builder, array).data
+                vector = ir.VectorType(ir.DoubleType(), lanes).as_pointer()
+                return [builder.bitcast(builder.gep(start, [index]), vector) for index in indices]
+
+            states = [builder.add(row, constant(j)) for j in range(8)]
+            states = [builder.select(builder.icmp_signed("<", state, last), state, last) for state in states]
+            starts = [builder.add(builder.mul(state, width), entry) for state in states]
+            places = [builder.add(entry, constant(i)) for i in range(entries.literal_value)]
+            places = [builder.add(builder.mul(place, constant(BLOCK)), lane) for place in places]
+            move(
+                builder, pointers(rows, array, starts, len(places)), pointers(lines, scratch, places, 8))
+            return context.get_dummy_value()
+
+        # With the literal: instructions are found again by the signature.
+        return types.void(rows, number, number, entries, number, number, lines, number), generate
+
+    return moved
+
+
+def _from_rows(builder, rows, lines):
+    wide = [min(i, len(lines) - 1) for i in range(8)]
+    loaded = [builder.load(row, align=8) for row in rows]
+    for value, line in zip(_transposed(builder, [_shuffled(builder, x, x, wide) for x in loaded]), lines):
+        builder.store(value, line, align=8)
+
+
+def _to_rows(builder, rows, lines):
+    loaded = [builder.load(line, align=8) for line in lines]
+    for value, row in zip(_transposed(builder, loaded + loaded[:1] * (8 - len(lines))), rows):
+        builder.store(_shuffled(builder, value, value, list(range(len(lines)))), row, align=8)
+
+
+if not config.DISABLE_JIT:
+    _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -84,15 +234,13 @@ def _step(x):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics(q, qd, qdd, out, k, S):
+def _inverse_dynamics(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -116,7 +264,7 @@ def inverse_dynamics(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(2)
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
     return out
 
 
@@ -131,7 +279,7 @@ def inverse_dynamics_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -139,29 +287,25 @@ def inverse_dynamics_packed(both):
     """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("inverse_dynamics_packed takes 8 numbers: q, qd, qdd, result")
-    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -174,9 +318,9 @@ def inverse_dynamics_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -191,7 +335,9 @@ def inverse_dynamics_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -204,11 +350,14 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -222,12 +371,13 @@ def inverse_dynamics_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -240,17 +390,17 @@ def inverse_dynamics_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -259,12 +409,10 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
     t8 = p_m * p_l
     J_2_xx = p_l * t8 * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -289,7 +437,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
     return out
 
 
@@ -306,7 +454,7 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -314,29 +462,25 @@ def inverse_dynamics_p_packed(both):
     """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("inverse_dynamics_p_packed takes 11 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -351,9 +495,9 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -370,7 +514,9 @@ def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -385,11 +531,14 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -405,12 +554,13 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -423,35 +573,30 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics(q, qd, tau, out, k, S):
+def _forward_dynamics(q, qd, tau, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
     tau_2 = tau[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
-    omega_2r_x = qd_1 * s_2
+    omega_2r_x = s_2 * qd_1
     # effort less bias force
-    t14 = tau_1 + omega_2r_x * (c_2 * qd_2) * 0.6666666666666666
-    t21 = c_2 * (0.3333333333333333 * (qd_1 * omega_2r_x) + 4.905)
-    out[0 * S + k] = t14 / C_2t_xx
-    out[1 * S + k] = (tau_2 - t21) * 3.0
+    t15 = omega_2r_x * (c_2 * qd_2) * -0.6666666666666666 - tau_1
+    t22 = c_2 * (qd_1 * omega_2r_x * 0.3333333333333333 + 4.905)
+    out[0 * S + k] = t15 / (c_2 * c_2 * -0.3333333333333333)
+    out[1 * S + k] = (tau_2 - t22) * 3.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -464,7 +609,7 @@ def forward_dynamics(q, qd, tau):
     if tau.shape[0] != 2:
         raise ValueError("tau must have 2 entries")
     out = np.empty(2)
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
     return out
 
 
@@ -479,7 +624,7 @@ def forward_dynamics_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -487,29 +632,25 @@ def forward_dynamics_packed(both):
     """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("forward_dynamics_packed takes 8 numbers: q, qd, tau, result")
-    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -522,9 +663,9 @@ def forward_dynamics_batch(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -539,7 +680,9 @@ def forward_dynamics_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -552,11 +695,14 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -570,12 +716,13 @@ def forward_dynamics_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -588,17 +735,17 @@ def forward_dynamics_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_p(q, qd, tau, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -607,23 +754,19 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t3 = p_m * p_l
-    J_2_xx = p_l * t3 * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t8 = J_2_xx * c_2
+    t4 = p_m * p_l
+    J_2_xx = p_l * t4 * 0.3333333333333333
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t8
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t15 = s_2 * (t8 * qd_1)
-    # solve: L D L^T
-    t30 = (tau_2 - qd_1 * t15 - p_g * (t3 * c_2) * 0.5) / J_2_xx
-    out[0 * S + k] = (tau_1 + qd_2 * t15 * 2.0) / C_2t_xx
-    out[1 * S + k] = t30
+    t9 = J_2_xx * c_2
+    S_2t_11 = c_2 * t9
+    # link 2 (arm): angular velocity of link 1
+    omega_2r_x = s_2 * qd_1
+    # effort less bias force
+    t29 = c_2 * (omega_2r_x * (J_2_xx * qd_1) + t4 * p_g * 0.5)
+    out[0 * S + k] = (tau_1 + omega_2r_x * (t9 * qd_2) * 2.0) / S_2t_11
+    out[1 * S + k] = (tau_2 - t29) / J_2_xx
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -638,7 +781,7 @@ def forward_dynamics_p(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
     return out
 
 
@@ -655,7 +798,7 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -663,29 +806,25 @@ def forward_dynamics_p_packed(both):
     """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("forward_dynamics_p_packed takes 11 numbers: q, qd, tau, p, result")
-    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -700,9 +839,9 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -719,7 +858,9 @@ def forward_dynamics_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -734,11 +875,14 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -754,12 +898,13 @@ def forward_dynamics_p_soa(q, qd, tau, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -772,23 +917,22 @@ def forward_dynamics_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix(q, out, k, S):
+def _mass_matrix(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
+    _, t2 = turns((q_2,))
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = 0.3333333333333333 * (c_2 * c_2)
-    out[0 * S + k] = C_2t_xx
+    S_2t_11 = 0.3333333333333333 * (t2 * t2)
+    out[0 * S + k] = S_2t_11
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.3333333333333333
@@ -800,7 +944,7 @@ def mass_matrix(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(4)
-    _mass_matrix(q, out, 0, 1)
+    _mass_matrix(q, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -811,7 +955,7 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix(q, out.ravel(), 0, 1)
+    _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -819,23 +963,21 @@ def mass_matrix_packed(both):
     """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("mass_matrix_packed takes 6 numbers: q, result")
-    _mass_matrix(both[0:2], both[2:], 0, 1)
+    _mass_matrix(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -844,8 +986,8 @@ def mass_matrix_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_rows(q, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -857,7 +999,9 @@ def mass_matrix_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_rows(q, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -866,8 +1010,9 @@ def mass_matrix_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -880,35 +1025,35 @@ def mass_matrix_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_p(q, p, out, k, S):
+def _mass_matrix_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_m = p[1]
     p_l = p[2]
+    _, t7 = turns((q_2,))
     # link 2 (arm): base parameters
     J_2_xx = p_m * (p_l * p_l) * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = J_2_xx * (c_2 * c_2)
-    out[0 * S + k] = C_2t_xx
+    S_2t_11 = J_2_xx * (t7 * t7)
+    out[0 * S + k] = S_2t_11
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = J_2_xx
@@ -922,7 +1067,7 @@ def mass_matrix_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _mass_matrix_p(q, p, out, 0, 1)
+    _mass_matrix_p(q, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -935,7 +1080,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -943,23 +1088,21 @@ def mass_matrix_p_packed(both):
     """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("mass_matrix_p_packed takes 9 numbers: q, p, result")
-    _mass_matrix_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _mass_matrix_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -970,8 +1113,8 @@ def mass_matrix_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -985,7 +1128,9 @@ def mass_matrix_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_p_rows(q, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -996,8 +1141,9 @@ def mass_matrix_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1012,31 +1158,29 @@ def mass_matrix_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse(q, out, k, S):
+def _mass_matrix_inverse(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
-    out[0 * S + k] = 1.0 / C_2t_xx
+    _, t1 = turns((q_2,))
+    out[0 * S + k] = -1.0 / (t1 * t1 * -0.3333333333333333)
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 3.0
@@ -1048,7 +1192,7 @@ def mass_matrix_inverse(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(4)
-    _mass_matrix_inverse(q, out, 0, 1)
+    _mass_matrix_inverse(q, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1059,7 +1203,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1067,23 +1211,21 @@ def mass_matrix_inverse_packed(both):
     """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("mass_matrix_inverse_packed takes 6 numbers: q, result")
-    _mass_matrix_inverse(both[0:2], both[2:], 0, 1)
+    _mass_matrix_inverse(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1092,8 +1234,8 @@ def mass_matrix_inverse_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_inverse_rows(q, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1105,7 +1247,9 @@ def mass_matrix_inverse_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_inverse_rows(q, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1114,8 +1258,9 @@ def mass_matrix_inverse_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1128,35 +1273,35 @@ def mass_matrix_inverse_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse_p(q, p, out, k, S):
+def _mass_matrix_inverse_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_m = p[1]
     p_l = p[2]
+    _, t7 = turns((q_2,))
     # link 2 (arm): base parameters
     J_2_xx = p_m * (p_l * p_l) * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = J_2_xx * (c_2 * c_2)
-    out[0 * S + k] = 1.0 / C_2t_xx
+    S_2t_11 = J_2_xx * (t7 * t7)
+    out[0 * S + k] = 1.0 / S_2t_11
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 1.0 / J_2_xx
@@ -1170,7 +1315,7 @@ def mass_matrix_inverse_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1183,7 +1328,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1191,23 +1336,21 @@ def mass_matrix_inverse_p_packed(both):
     """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("mass_matrix_inverse_p_packed takes 9 numbers: q, p, result")
-    _mass_matrix_inverse_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _mass_matrix_inverse_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1218,8 +1361,8 @@ def mass_matrix_inverse_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1233,7 +1376,9 @@ def mass_matrix_inverse_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1244,8 +1389,9 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1260,31 +1406,30 @@ def mass_matrix_inverse_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force(q, qd, out, k, S):
+def _bias_force(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): Euler, inertial moment
@@ -1303,7 +1448,7 @@ def bias_force(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(2)
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1316,7 +1461,7 @@ def bias_force_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1324,26 +1469,23 @@ def bias_force_packed(both):
     """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("bias_force_packed takes 6 numbers: q, qd, result")
-    _bias_force(both[0:2], both[2:4], both[4:], 0, 1)
+    _bias_force(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1354,9 +1496,9 @@ def bias_force_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _bias_force_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1369,7 +1511,9 @@ def bias_force_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _bias_force_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1380,11 +1524,13 @@ def bias_force_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1396,11 +1542,12 @@ def bias_force_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1409,28 +1556,26 @@ def bias_force_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force_p(q, qd, p, out, k, S):
+def _bias_force_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
     t6 = p_m * p_l
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm): Euler, inertial moment
     t13 = s_2 * (t6 * (qd_1 * p_l)) * 0.3333333333333333
     N_2_z = c_2 * (qd_1 * t13 + p_g * t6 * 0.5)
@@ -1450,7 +1595,7 @@ def bias_force_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1465,7 +1610,7 @@ def bias_force_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1473,26 +1618,23 @@ def bias_force_p_packed(both):
     """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("bias_force_p_packed takes 9 numbers: q, qd, p, result")
-    _bias_force_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _bias_force_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1505,9 +1647,9 @@ def bias_force_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _bias_force_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1522,7 +1664,9 @@ def bias_force_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _bias_force_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1535,11 +1679,13 @@ def bias_force_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1553,11 +1699,12 @@ def bias_force_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1566,24 +1713,21 @@ def bias_force_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity(q, out, k, S):
+def _gravity(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    N_2_z = c_2 * 4.905
+    _, c_2 = turns((q_2,))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = N_2_z
+    out[1 * S + k] = c_2 * 4.905
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1592,7 +1736,7 @@ def gravity(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(2)
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
     return out
 
 
@@ -1603,7 +1747,7 @@ def gravity_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1611,23 +1755,21 @@ def gravity_packed(both):
     """gravity of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("gravity_packed takes 4 numbers: q, result")
-    _gravity(both[0:2], both[2:], 0, 1)
+    _gravity(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1636,9 +1778,9 @@ def gravity_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _gravity_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1649,7 +1791,9 @@ def gravity_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _gravity_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1658,11 +1802,12 @@ def gravity_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1672,35 +1817,33 @@ def gravity_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity_p(q, p, out, k, S):
+def _gravity_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    N_2_z = c_2 * (p_l * (p_g * p_m)) * 0.5
+    _, c_2 = turns((q_2,))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = N_2_z
+    out[1 * S + k] = c_2 * (p_l * (p_g * p_m)) * 0.5
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1711,7 +1854,7 @@ def gravity_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -1724,7 +1867,7 @@ def gravity_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1732,23 +1875,21 @@ def gravity_p_packed(both):
     """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("gravity_p_packed takes 7 numbers: q, p, result")
-    _gravity_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _gravity_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1759,9 +1900,9 @@ def gravity_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _gravity_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1774,7 +1915,9 @@ def gravity_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _gravity_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1785,11 +1928,12 @@ def gravity_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1801,31 +1945,30 @@ def gravity_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy(q, qd, out, k, S):
+def _energy(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm): rotation
-    R_2_11 = _cos(q_2)
-    R_2_21 = _sin(q_2)
+    R_2_21, R_2_11 = turns((q_2,))
     # link 2 (arm): angular velocity
     omega_2_y = qd_1 * R_2_11
     t10 = (qd_2 * qd_2 + omega_2_y * omega_2_y) * 0.16666666666666663
@@ -1841,7 +1984,7 @@ def energy(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(2)
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1854,7 +1997,7 @@ def energy_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1862,26 +2005,23 @@ def energy_packed(both):
     """energy of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("energy_packed takes 6 numbers: q, qd, result")
-    _energy(both[0:2], both[2:4], both[4:], 0, 1)
+    _energy(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1892,9 +2032,9 @@ def energy_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1907,7 +2047,9 @@ def energy_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1918,11 +2060,13 @@ def energy_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1934,11 +2078,12 @@ def energy_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1947,26 +2092,24 @@ def energy_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy_p(q, qd, p, out, k, S):
+def _energy_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
-    # link 2 (arm): rotation
-    R_2_11 = _cos(q_2)
-    R_2_21 = _sin(q_2)
+    R_2_21, R_2_11 = turns((q_2,))
     # link 2 (arm): angular velocity
     omega_2_y = qd_1 * R_2_11
     # link 2 (arm): velocity of its frame
@@ -1988,7 +2131,7 @@ def energy_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -2003,7 +2146,7 @@ def energy_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2011,26 +2154,23 @@ def energy_p_packed(both):
     """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 9:
         raise ValueError("energy_p_packed takes 9 numbers: q, qd, p, result")
-    _energy_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _energy_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2043,9 +2183,9 @@ def energy_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2060,7 +2200,9 @@ def energy_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2073,11 +2215,13 @@ def energy_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2091,11 +2235,12 @@ def energy_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2104,17 +2249,17 @@ def energy_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation(x, u, out, k, S):
+def _actuation(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     out[0 * S + k] = u_1
@@ -2129,7 +2274,7 @@ def actuation(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(2)
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2142,7 +2287,7 @@ def actuation_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2150,26 +2295,23 @@ def actuation_packed(both):
     """actuation of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("actuation_packed takes 8 numbers: x, u, result")
-    _actuation(both[0:4], both[4:6], both[6:], 0, 1)
+    _actuation(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2180,9 +2322,9 @@ def actuation_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _actuation_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2195,7 +2337,9 @@ def actuation_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _actuation_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2206,11 +2350,13 @@ def actuation_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2222,11 +2368,12 @@ def actuation_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2235,17 +2382,17 @@ def actuation_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation_p(x, u, p, out, k, S):
+def _actuation_p(x, u, p, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     out[0 * S + k] = u_1
@@ -2262,7 +2409,7 @@ def actuation_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2277,7 +2424,7 @@ def actuation_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2285,26 +2432,23 @@ def actuation_p_packed(both):
     """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("actuation_p_packed takes 11 numbers: x, u, p, result")
-    _actuation_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _actuation_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2317,9 +2461,9 @@ def actuation_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _actuation_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2334,7 +2478,9 @@ def actuation_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _actuation_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2347,11 +2493,13 @@ def actuation_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2365,11 +2513,12 @@ def actuation_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2378,37 +2527,32 @@ def actuation_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative(x, u, out, k, S):
+def _state_derivative(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # effort less bias force
-    t15 = u_1 + omega_2r_x * (c_2 * qd_2) * 0.6666666666666666
-    t20 = c_2 * (0.3333333333333333 * (qd_1 * omega_2r_x) + 4.905)
+    t15 = omega_2r_x * (qd_2 * c_2) * -0.6666666666666666 - u_1
+    t22 = c_2 * (qd_1 * omega_2r_x * 0.3333333333333333 + 4.905)
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
-    out[2 * S + k] = t15 / C_2t_xx
-    out[3 * S + k] = (u_2 - t20) * 3.0
+    out[2 * S + k] = t15 / (c_2 * c_2 * -0.3333333333333333)
+    out[3 * S + k] = (u_2 - t22) * 3.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2419,7 +2563,7 @@ def state_derivative(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(4)
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2432,7 +2576,7 @@ def state_derivative_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2440,26 +2584,23 @@ def state_derivative_packed(both):
     """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("state_derivative_packed takes 10 numbers: x, u, result")
-    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2470,9 +2611,9 @@ def state_derivative_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2485,7 +2626,9 @@ def state_derivative_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _state_derivative_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2496,11 +2639,13 @@ def state_derivative_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2512,11 +2657,12 @@ def state_derivative_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2525,17 +2671,17 @@ def state_derivative_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_p(x, u, p, out, k, S):
+def _state_derivative_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
@@ -2544,25 +2690,21 @@ def _state_derivative_p(x, u, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t5 = p_m * p_l
-    J_2_xx = p_l * t5 * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t10 = J_2_xx * c_2
+    t9 = p_l * p_m
+    J_2_xx = p_l * t9 * 0.3333333333333333
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t10
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
-    # link 2 (arm): Euler, inertial moment
-    t17 = s_2 * (t10 * qd_1)
-    # solve: L D L^T
-    t30 = (u_2 - qd_1 * t17 - p_g * (t5 * c_2) * 0.5) / J_2_xx
+    t14 = J_2_xx * c_2
+    S_2t_11 = c_2 * t14
+    # link 2 (arm): angular velocity of link 1
+    omega_2r_x = qd_1 * s_2
+    # effort less bias force
+    t29 = c_2 * (omega_2r_x * (qd_1 * J_2_xx) + p_g * t9 * 0.5)
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
-    out[2 * S + k] = (u_1 + qd_2 * t17 * 2.0) / C_2t_xx
-    out[3 * S + k] = t30
+    out[2 * S + k] = (u_1 + omega_2r_x * (qd_2 * t14) * 2.0) / S_2t_11
+    out[3 * S + k] = (u_2 - t29) / J_2_xx
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2575,7 +2717,7 @@ def state_derivative_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2590,7 +2732,7 @@ def state_derivative_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2598,26 +2740,23 @@ def state_derivative_p_packed(both):
     """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 13:
         raise ValueError("state_derivative_p_packed takes 13 numbers: x, u, p, result")
-    _state_derivative_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2630,9 +2769,9 @@ def state_derivative_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2647,7 +2786,9 @@ def state_derivative_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _state_derivative_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2660,11 +2801,13 @@ def state_derivative_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2678,11 +2821,12 @@ def state_derivative_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2691,44 +2835,46 @@ def state_derivative_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    # derivative: link 2 (arm): angular velocity of link 1
     omega_2r_y = qd_1 * c_2
     # link 2 (arm): acceleration field U along the axis
     U_2r_x = qdd_1 * c_2
-    # derivative: link 2 (arm): products of angular velocity
-    t13 = c_2 * omega_2r_x
-    # derivative: link 2 (arm): Euler, inertial moment
-    t28 = (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x) * 0.3333333333333333
-    # derivative: link 2 (arm): moment, before its turn
-    t37 = c_2 * (qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)) + s_2 * (U_2r_x - qd_2 * omega_2r_x * 2.0)
+    # link 2 (arm): acceleration field U
+    U_2_zy = qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    P_2_n_z = G_2_1 * 0.3333333333333333 - s_2 * 4.905
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = c_2 * omega_2r_x * -0.6666666666666666
+    t31 = c_2 * U_2_zy + s_2 * (U_2r_x - qd_2 * omega_2r_x * 2.0)
+    y2_2_2_n_y = t31 * -0.3333333333333333
+    yc_2_2_y = s_2 * omega_2r_y * 0.6666666666666666
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t37 * -0.3333333333333333
+    out[1 * S + k] = y2_2_2_n_y
     out[2 * S + k] = -0.6666666666666666 * (s_2 * (qd_2 * c_2))
-    out[3 * S + k] = t13 * -0.6666666666666666
+    out[3 * S + k] = y1_2_2_n_y
     out[4 * S + k] = 0.0
-    out[5 * S + k] = t28 - s_2 * 4.905
-    out[6 * S + k] = (s_2 * omega_2r_y + t13) * 0.3333333333333333
+    out[5 * S + k] = P_2_n_z
+    out[6 * S + k] = yc_2_2_y
     out[7 * S + k] = 0.0
 
 
@@ -2742,7 +2888,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(8)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -2757,7 +2903,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2765,29 +2911,25 @@ def inverse_dynamics_state_jacobian_packed(both):
     """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("inverse_dynamics_state_jacobian_packed takes 14 numbers: q, qd, qdd, result")
-    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2800,8 +2942,8 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 8)
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -2817,7 +2959,9 @@ def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2830,8 +2974,11 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -2848,12 +2995,13 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2866,17 +3014,17 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -2884,32 +3032,37 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t8 = p_m * p_l
-    J_2_xx = p_l * t8 * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t9 = p_m * p_l
+    J_2_xx = p_l * t9 * 0.3333333333333333
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    # derivative: link 2 (arm): angular velocity of link 1
     omega_2r_y = qd_1 * c_2
     # link 2 (arm): acceleration field U along the axis
     U_2r_x = qdd_1 * c_2
-    # derivative: link 2 (arm): Euler, inertial moment
-    t32 = J_2_xx * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
-    # derivative: link 2 (arm): moment, before its turn
-    t39 = (U_2r_x - qd_2 * omega_2r_x * 2.0) * (J_2_xx * s_2)
-    t40 = J_2_xx * c_2
-    t48 = t39 + (qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)) * t40
+    # link 2 (arm): acceleration field U
+    U_2_zy = qdd_1 * s_2 + 2.0 * (qd_2 * omega_2r_y)
+    # link 2 (arm): moment, before its turn
+    t25 = s_2 * J_2_xx
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    P_2_n_z = J_2_xx * G_2_1 - t9 * (p_g * s_2) * 0.5
+    # link 2 (arm): effort with joint 2
+    t36 = c_2 * J_2_xx
+    y1_2_2_n_y = omega_2r_x * t36 * -2.0
+    t41 = (U_2r_x - qd_2 * omega_2r_x * 2.0) * t25 + U_2_zy * t36
+    y2_2_2_n_y = -t41
+    yc_2_2_y = 2.0 * (omega_2r_y * t25)
     out[0 * S + k] = 0.0
-    out[1 * S + k] = -t48
-    out[2 * S + k] = -2.0 * (t40 * (qd_2 * s_2))
-    out[3 * S + k] = omega_2r_x * t40 * -2.0
+    out[1 * S + k] = y2_2_2_n_y
+    out[2 * S + k] = -2.0 * (t36 * (qd_2 * s_2))
+    out[3 * S + k] = y1_2_2_n_y
     out[4 * S + k] = 0.0
-    out[5 * S + k] = t32 - s_2 * (p_g * t8) * 0.5
-    out[6 * S + k] = J_2_xx * (s_2 * omega_2r_y + c_2 * omega_2r_x)
+    out[5 * S + k] = P_2_n_z
+    out[6 * S + k] = yc_2_2_y
     out[7 * S + k] = 0.0
 
 
@@ -2925,7 +3078,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(8)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -2942,7 +3095,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2950,29 +3103,25 @@ def inverse_dynamics_state_jacobian_p_packed(both):
     """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 17 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2987,8 +3136,8 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 8)
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3006,7 +3155,9 @@ def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3021,8 +3172,11 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3041,12 +3195,13 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3059,49 +3214,45 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
+def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): composite body, before its turn
+    K_2_a = s_2 * (qd_2 * c_2) * 0.6666666666666666
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - omega_2r_x * omega_2r_x * 2.0
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = c_2 * omega_2r_x * -0.6666666666666666
     # solve: L D L^T
-    t17 = 1.0 / C_2t_xx
-    t18 = (tau_1 + c_2 * w_2_xz * 0.6666666666666666) * t17
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t18
-    # derivative: link 2 (arm): products of angular velocity
-    t24 = c_2 * omega_2r_x
+    t31 = 1.0 / (c_2 * c_2 * -0.3333333333333333)
+    t32 = (tau_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t31
     # derivative of effort
-    t37 = 0.3333333333333333 * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
-    t39 = s_2 * (w_2_xz * 2.0 - U_2r_x) - c_2 * (s_2 * t18 + 2.0 * (qd_2 * omega_2r_y))
+    t43 = s_2 * (c_2 * t32 + 2.0 * (qd_2 * omega_2r_x)) + c_2 * (s_2 * t32 - 2.0 * (qd_2 * omega_2r_y))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t17 * t39 * -0.3333333333333333
-    out[2 * S + k] = 0.6666666666666666 * (t17 * (s_2 * (c_2 * qd_2)))
-    out[3 * S + k] = 0.6666666666666666 * (t17 * t24)
+    out[1 * S + k] = 0.3333333333333333 * (t31 * t43)
+    out[2 * S + k] = -(K_2_a * t31)
+    out[3 * S + k] = y1_2_2_n_y * t31
     out[4 * S + k] = 0.0
-    out[5 * S + k] = (s_2 * 4.905 - t37) * 3.0
-    out[6 * S + k] = -(s_2 * omega_2r_y + t24)
+    out[5 * S + k] = (s_2 * 4.905 - G_2_1 * 0.3333333333333333) * 3.0
+    out[6 * S + k] = s_2 * omega_2r_y * -2.0
     out[7 * S + k] = 0.0
 
 
@@ -3115,7 +3266,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 2:
         raise ValueError("tau must have 2 entries")
     out = np.empty(8)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3130,7 +3281,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3138,29 +3289,25 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 14 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3173,8 +3320,8 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
+    out = np.empty(count * 8)
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3190,7 +3337,9 @@ def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3203,8 +3352,11 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3221,12 +3373,13 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3239,17 +3392,17 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -3257,40 +3410,39 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t3 = p_m * p_l
-    J_2_xx = p_l * t3 * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): moment, before its turn
-    t8 = J_2_xx * c_2
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t8
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t9 = p_m * p_l
+    J_2_xx = p_l * t9 * 0.3333333333333333
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): effort with joint 2
+    t16 = c_2 * J_2_xx
+    # link 2 (arm): composite body, before its turn
+    S_2t_11 = c_2 * t16
+    K_2_a = t16 * (qd_2 * s_2) * 2.0
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = omega_2r_x * t16 * -2.0
+    t29 = s_2 * J_2_xx
     # solve: L D L^T
-    t23 = 1.0 / C_2t_xx
-    t24 = (tau_1 + t8 * w_2_xz * 2.0) * t23
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t24
-    # derivative: link 2 (arm): Euler, inertial moment
-    t38 = J_2_xx * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
+    t38 = 1.0 / S_2t_11
+    t39 = (tau_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t38
     # derivative of effort
-    t42 = t8 * (s_2 * t24 + 2.0 * (qd_2 * omega_2r_y)) - (w_2_xz * 2.0 - U_2r_x) * (J_2_xx * s_2)
+    t50 = t29 * (c_2 * t39 - 2.0 * (qd_2 * omega_2r_x)) + t16 * (s_2 * t39 + 2.0 * (qd_2 * omega_2r_y))
     # solve: L D L^T
-    t50 = t8 * t23
+    t55 = 1.0 / J_2_xx
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t23 * t42
-    out[2 * S + k] = 2.0 * (t50 * (qd_2 * s_2))
-    out[3 * S + k] = 2.0 * (omega_2r_x * t50)
+    out[1 * S + k] = t38 * t50
+    out[2 * S + k] = K_2_a * t38
+    out[3 * S + k] = -(y1_2_2_n_y * t38)
     out[4 * S + k] = 0.0
-    out[5 * S + k] = (s_2 * (t3 * p_g) * 0.5 - t38) / J_2_xx
-    out[6 * S + k] = -(s_2 * omega_2r_y + c_2 * omega_2r_x)
+    out[5 * S + k] = t55 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
+    out[6 * S + k] = -2.0 * (t55 * (omega_2r_y * t29))
     out[7 * S + k] = 0.0
 
 
@@ -3306,7 +3458,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(8)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3323,7 +3475,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3331,29 +3483,25 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 17 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3368,8 +3516,8 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
+    out = np.empty(count * 8)
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3387,7 +3535,9 @@ def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3402,8 +3552,11 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3422,12 +3575,13 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3440,42 +3594,38 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian(x, u, out, k, S):
+def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): composite body, before its turn
+    K_2_a = s_2 * (qd_2 * c_2) * 0.6666666666666666
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - omega_2r_x * omega_2r_x * 2.0
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = c_2 * omega_2r_x * -0.6666666666666666
     # solve: L D L^T
-    t17 = 1.0 / C_2t_xx
-    t18 = (u_1 + c_2 * w_2_xz * 0.6666666666666666) * t17
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t18
-    # derivative: link 2 (arm): products of angular velocity
-    t24 = c_2 * omega_2r_x
+    t31 = 1.0 / (c_2 * c_2 * -0.3333333333333333)
+    t32 = (u_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t31
     # derivative of effort
-    t37 = 0.3333333333333333 * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
-    t39 = s_2 * (w_2_xz * 2.0 - U_2r_x) - c_2 * (s_2 * t18 + 2.0 * (qd_2 * omega_2r_y))
+    t43 = s_2 * (c_2 * t32 + 2.0 * (qd_2 * omega_2r_x)) + c_2 * (s_2 * t32 - 2.0 * (qd_2 * omega_2r_y))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3485,12 +3635,12 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t17 * t39 * -0.3333333333333333
-    out[10 * S + k] = 0.6666666666666666 * (t17 * (s_2 * (c_2 * qd_2)))
-    out[11 * S + k] = 0.6666666666666666 * (t17 * t24)
+    out[9 * S + k] = 0.3333333333333333 * (t31 * t43)
+    out[10 * S + k] = -(K_2_a * t31)
+    out[11 * S + k] = y1_2_2_n_y * t31
     out[12 * S + k] = 0.0
-    out[13 * S + k] = (s_2 * 4.905 - t37) * 3.0
-    out[14 * S + k] = -(s_2 * omega_2r_y + t24)
+    out[13 * S + k] = (s_2 * 4.905 - G_2_1 * 0.3333333333333333) * 3.0
+    out[14 * S + k] = s_2 * omega_2r_y * -2.0
     out[15 * S + k] = 0.0
 
 
@@ -3502,7 +3652,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(16)
-    _state_derivative_state_jacobian(x, u, out, 0, 1)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -3515,7 +3665,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3523,26 +3673,24 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 22:
         raise ValueError("state_derivative_state_jacobian_packed takes 22 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3553,8 +3701,8 @@ def state_derivative_state_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    _state_derivative_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 16)
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -3568,7 +3716,9 @@ def state_derivative_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3579,8 +3729,10 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -3595,11 +3747,12 @@ def state_derivative_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((16, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3608,17 +3761,17 @@ def state_derivative_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
@@ -3626,33 +3779,32 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t4 = p_m * p_l
-    J_2_xx = p_l * t4 * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): moment, before its turn
-    t9 = J_2_xx * c_2
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * t9
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t9 = p_l * p_m
+    J_2_xx = p_l * t9 * 0.3333333333333333
+    # link 1 (column): products of angular velocity
+    w_1_zz = qd_1 * qd_1
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
-    omega_2r_y = c_2 * qd_1
-    # link 2 (arm): products of angular velocity
-    w_2_xz = qd_2 * omega_2r_x
+    omega_2r_y = qd_1 * c_2
+    # link 2 (arm): effort with joint 2
+    t16 = c_2 * J_2_xx
+    # link 2 (arm): composite body, before its turn
+    S_2t_11 = c_2 * t16
+    K_2_a = t16 * (qd_2 * s_2) * 2.0
+    # link 2 (arm): change with its position
+    G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
+    # link 2 (arm): effort with joint 2
+    y1_2_2_n_y = omega_2r_x * t16 * -2.0
+    t29 = s_2 * J_2_xx
     # solve: L D L^T
-    t23 = 1.0 / C_2t_xx
-    t24 = (u_1 + t9 * w_2_xz * 2.0) * t23
-    # link 2 (arm): acceleration field U along the axis
-    U_2r_x = c_2 * t24
-    # derivative: link 2 (arm): Euler, inertial moment
-    t38 = J_2_xx * (omega_2r_y * omega_2r_y - omega_2r_x * omega_2r_x)
+    t38 = 1.0 / S_2t_11
+    t39 = (u_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t38
     # derivative of effort
-    t42 = t9 * (s_2 * t24 + 2.0 * (qd_2 * omega_2r_y)) - (w_2_xz * 2.0 - U_2r_x) * (J_2_xx * s_2)
+    t50 = t29 * (c_2 * t39 - 2.0 * (qd_2 * omega_2r_x)) + t16 * (s_2 * t39 + 2.0 * (qd_2 * omega_2r_y))
     # solve: L D L^T
-    t50 = t9 * t23
+    t55 = 1.0 / J_2_xx
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3662,12 +3814,12 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t23 * t42
-    out[10 * S + k] = 2.0 * (t50 * (qd_2 * s_2))
-    out[11 * S + k] = 2.0 * (omega_2r_x * t50)
+    out[9 * S + k] = t38 * t50
+    out[10 * S + k] = K_2_a * t38
+    out[11 * S + k] = -(y1_2_2_n_y * t38)
     out[12 * S + k] = 0.0
-    out[13 * S + k] = (s_2 * (t4 * p_g) * 0.5 - t38) / J_2_xx
-    out[14 * S + k] = -(s_2 * omega_2r_y + c_2 * omega_2r_x)
+    out[13 * S + k] = t55 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
+    out[14 * S + k] = -2.0 * (t55 * (omega_2r_y * t29))
     out[15 * S + k] = 0.0
 
 
@@ -3681,7 +3833,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(16)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -3696,7 +3848,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3704,26 +3856,24 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 25:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 25 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3736,8 +3886,8 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 16)
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -3753,7 +3903,9 @@ def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3766,8 +3918,10 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -3784,11 +3938,12 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((16, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3797,27 +3952,24 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian(x, u, out, k, S):
+def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
+    _, t1 = turns((q_2,))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = 1.0 / C_2t_xx
+    out[4 * S + k] = -1.0 / (t1 * t1 * -0.3333333333333333)
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 3.0
@@ -3831,7 +3983,7 @@ def state_derivative_input_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(8)
-    _state_derivative_input_jacobian(x, u, out, 0, 1)
+    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 2))
 
 
@@ -3844,7 +3996,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3852,26 +4004,23 @@ def state_derivative_input_jacobian_packed(both):
     """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("state_derivative_input_jacobian_packed takes 14 numbers: x, u, result")
-    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3882,8 +4031,8 @@ def state_derivative_input_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 8)
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 2))
 
 
@@ -3897,7 +4046,9 @@ def state_derivative_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 2):
         raise ValueError("out must have the shape (states, 4, 2)")
-    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3908,8 +4059,10 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -3924,11 +4077,12 @@ def state_derivative_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3937,31 +4091,30 @@ def state_derivative_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     p_m = p[1]
     p_l = p[2]
+    _, t7 = turns((q_2,))
     # link 2 (arm): base parameters
     J_2_xx = p_m * (p_l * p_l) * 0.3333333333333333
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
     # link 2 (arm): composite body, before its turn
-    C_2t_xx = J_2_xx * (c_2 * c_2)
+    S_2t_11 = J_2_xx * (t7 * t7)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = 1.0 / C_2t_xx
+    out[4 * S + k] = 1.0 / S_2t_11
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0 / J_2_xx
@@ -3977,7 +4130,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(8)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 2))
 
 
@@ -3992,7 +4145,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4000,26 +4153,23 @@ def state_derivative_input_jacobian_p_packed(both):
     """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("state_derivative_input_jacobian_p_packed takes 17 numbers: x, u, p, result")
-    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4032,8 +4182,8 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 8)
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 2))
 
 
@@ -4049,7 +4199,9 @@ def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 2):
         raise ValueError("out must have the shape (states, 4, 2)")
-    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4062,8 +4214,10 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -4080,11 +4234,12 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4093,25 +4248,23 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -4141,7 +4294,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(6)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((2, 3))
 
 
@@ -4156,7 +4309,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4164,29 +4317,25 @@ def inverse_dynamics_parameter_jacobian_packed(both):
     """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 12:
         raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 12 numbers: q, qd, qdd, result")
-    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4199,8 +4348,8 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 6)
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 3))
 
 
@@ -4216,7 +4365,9 @@ def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 3):
         raise ValueError("out must have the shape (states, 2, 3)")
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4229,8 +4380,11 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
@@ -4247,12 +4401,13 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4265,17 +4420,17 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -4284,14 +4439,12 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # derivative: link 2 (arm): base parameters
     t11 = p_m * p_l * 0.6666666666666666
     t14 = p_l * p_l * 0.3333333333333333
     # link 2 (arm): base parameters
     t16 = p_l * 0.5
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm): angular velocity of link 1
     omega_2r_x = qd_1 * s_2
     # link 2 (arm): acceleration field U along the axis
@@ -4324,7 +4477,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(6)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((2, 3))
 
 
@@ -4341,7 +4494,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4349,29 +4502,25 @@ def inverse_dynamics_parameter_jacobian_p_packed(both):
     """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 15:
         raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 15 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(6):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 6, 0, 6, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4386,8 +4535,8 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 6)
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 3))
 
 
@@ -4405,7 +4554,9 @@ def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 3):
         raise ValueError("out must have the shape (states, 2, 3)")
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 6)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4420,8 +4571,11 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 6))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 6)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
@@ -4440,12 +4594,13 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((6, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(192)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4458,43 +4613,39 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(6):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian(x, u, out, k, S):
+def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm): composite body, before its turn
-    C_2t_xx = c_2 * c_2 * 0.3333333333333333
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): angular velocity of link 1
-    omega_2r_x = qd_1 * s_2
+    omega_2r_x = s_2 * qd_1
     # link 2 (arm): products of angular velocity
     w_2_xy = omega_2r_x * (c_2 * qd_1)
     w_2_xz = qd_2 * omega_2r_x
     # effort less bias force
     t20 = u_2 - c_2 * 4.905
     # link 2 (arm): acceleration field U along the axis
-    t26 = c_2 * (1.0 / C_2t_xx)
-    U_2r_x = (u_1 + c_2 * w_2_xz * 0.6666666666666666) * t26
+    t27 = c_2 * (1.0 / (c_2 * c_2 * -0.3333333333333333))
+    # link 2 (arm): acceleration field U
+    t31 = (u_1 + c_2 * w_2_xz * 0.6666666666666666) * t27 + w_2_xz * 2.0
     # solve: L D L^T
-    t33 = t26 * (w_2_xz * 2.0 - U_2r_x)
+    t34 = t27 * t31
     # derivative of effort
-    t36 = c_2 * -4.905
-    t44 = 0.6666666666666666 * (w_2_xy - (0.3333333333333333 * w_2_xy - t20) * 3.0)
+    t37 = c_2 * -4.905
+    t46 = 0.6666666666666666 * (w_2_xy - (w_2_xy * 0.3333333333333333 - t20) * 3.0)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4502,11 +4653,11 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     out[4 * S + k] = 0.0
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.3333333333333333 * t33
-    out[8 * S + k] = 0.6666666666666666 * t33
+    out[7 * S + k] = -0.3333333333333333 * t34
+    out[8 * S + k] = t34 * -0.6666666666666666
     out[9 * S + k] = c_2 * -1.5
-    out[10 * S + k] = (t20 - t36) * -3.0
-    out[11 * S + k] = 3.0 * (t36 - t44)
+    out[10 * S + k] = (t20 - t37) * -3.0
+    out[11 * S + k] = 3.0 * (t37 - t46)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4517,7 +4668,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(12)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 3))
 
 
@@ -4530,7 +4681,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4538,26 +4689,24 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 18:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 18 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4568,8 +4717,8 @@ def state_derivative_parameter_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 12)
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 3))
 
 
@@ -4583,7 +4732,9 @@ def state_derivative_parameter_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 3):
         raise ValueError("out must have the shape (states, 4, 3)")
-    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4594,8 +4745,10 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
@@ -4610,11 +4763,12 @@ def state_derivative_parameter_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((12, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4623,17 +4777,17 @@ def state_derivative_parameter_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
@@ -4642,39 +4796,36 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     p_g = p[0]
     p_m = p[1]
     p_l = p[2]
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): base parameters
-    t5 = p_l * p_l
-    t7 = p_m * 0.3333333333333333
-    J_2_xx = t5 * t7
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
+    t6 = p_l * p_l
+    t8 = p_m * 0.3333333333333333
+    J_2_xx = t6 * t8
     # link 2 (arm): composite body, before its turn
-    t10 = J_2_xx * c_2
-    C_2t_xx = c_2 * t10
+    S_2_a = J_2_xx * (s_2 * s_2)
+    S_2t_11 = J_2_xx - S_2_a
     # link 2 (arm): base parameters
-    t16 = p_l * 0.5
-    J_2_x1 = p_m * t16
-    # link 2 (arm): rotation
-    s_2 = _sin(q_2)
+    t17 = p_l * 0.5
+    J_2_x1 = p_m * t17
     # link 2 (arm): angular velocity of link 1
-    omega_2r_x = qd_1 * s_2
+    omega_2r_x = s_2 * qd_1
     # link 2 (arm): acceleration
-    a_2r_y = c_2 * p_g
+    a_2r_y = p_g * c_2
     # link 2 (arm): products of angular velocity
-    w_2_xy = omega_2r_x * (c_2 * qd_1)
+    w_2_xy = omega_2r_x * (qd_1 * c_2)
     w_2_xz = qd_2 * omega_2r_x
     # solve: L D L^T
-    t34 = 1.0 / J_2_xx
+    t36 = 1.0 / J_2_xx
     # derivative: link 2 (arm): base parameters
-    t38 = 2.0 * (p_l * t7)
-    t39 = t5 * 0.3333333333333333
+    t40 = 2.0 * (p_l * t8)
+    t41 = t6 * 0.3333333333333333
     # link 2 (arm): acceleration field U along the axis
-    t40 = c_2 * (1.0 / C_2t_xx)
-    U_2r_x = (u_1 + t10 * w_2_xz * 2.0) * t40
+    t42 = c_2 * (1.0 / S_2t_11)
+    U_2r_x = (u_1 + w_2_xz * (J_2_xx * c_2) * 2.0) * t42
     # derivative of effort
-    t48 = w_2_xy + (u_2 - J_2_xx * w_2_xy - J_2_x1 * a_2r_y) * t34
+    t50 = w_2_xy + (u_2 - J_2_xx * w_2_xy - J_2_x1 * a_2r_y) * t36
     # solve: L D L^T
-    t51 = t40 * (w_2_xz * 2.0 - U_2r_x)
+    t53 = t42 * (w_2_xz * 2.0 - U_2r_x)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4682,11 +4833,11 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[4 * S + k] = 0.0
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
-    out[7 * S + k] = t39 * t51
-    out[8 * S + k] = t38 * t51
-    out[9 * S + k] = -(t34 * (c_2 * J_2_x1))
-    out[10 * S + k] = -(t34 * (t16 * a_2r_y + t39 * t48))
-    out[11 * S + k] = t34 * (p_m * a_2r_y * -0.5 - t38 * t48)
+    out[7 * S + k] = t41 * t53
+    out[8 * S + k] = t40 * t53
+    out[9 * S + k] = -(t36 * (J_2_x1 * c_2))
+    out[10 * S + k] = -(t36 * (t17 * a_2r_y + t41 * t50))
+    out[11 * S + k] = t36 * (p_m * a_2r_y * -0.5 - t40 * t50)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4699,7 +4850,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(12)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 3))
 
 
@@ -4714,7 +4865,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4722,26 +4873,24 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 21 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1)
+    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:9], both[9:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4754,8 +4903,8 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 12)
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 3))
 
 
@@ -4771,7 +4920,9 @@ def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 3):
         raise ValueError("out must have the shape (states, 4, 3)")
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4784,8 +4935,10 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = x.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
@@ -4802,11 +4955,12 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 3 entries")
     count = x.shape[1]
     out = np.empty((12, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4815,25 +4969,20 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 3, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics(q, out, k, S):
+def _forward_kinematics(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_12 = -(c_1 * s_2)
@@ -4863,7 +5012,7 @@ def forward_kinematics(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1)
+    _forward_kinematics(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -4874,7 +5023,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics(q, out.ravel(), 0, 1)
+    _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4882,23 +5031,22 @@ def forward_kinematics_packed(both):
     """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 18:
         raise ValueError("forward_kinematics_packed takes 18 numbers: q, result")
-    _forward_kinematics(both[0:2], both[2:], 0, 1)
+    _forward_kinematics(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4907,8 +5055,8 @@ def forward_kinematics_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -4920,7 +5068,9 @@ def forward_kinematics_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4929,8 +5079,9 @@ def forward_kinematics_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -4943,34 +5094,30 @@ def forward_kinematics_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics_p(q, p, out, k, S):
+def _forward_kinematics_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_12 = -(c_1 * s_2)
@@ -5006,7 +5153,7 @@ def forward_kinematics_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1)
+    _forward_kinematics_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -5019,7 +5166,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5027,23 +5174,22 @@ def forward_kinematics_p_packed(both):
     """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("forward_kinematics_p_packed takes 21 numbers: q, p, result")
-    _forward_kinematics_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _forward_kinematics_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5054,8 +5200,8 @@ def forward_kinematics_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -5069,7 +5215,9 @@ def forward_kinematics_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5080,8 +5228,9 @@ def forward_kinematics_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -5096,33 +5245,29 @@ def forward_kinematics_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian(q, out, k, S):
+def _jacobian(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_21 = s_1 * c_2
@@ -5150,7 +5295,7 @@ def jacobian(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(12)
-    _jacobian(q, out, 0, 1)
+    _jacobian(q, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5161,7 +5306,7 @@ def jacobian_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian(q, out.ravel(), 0, 1)
+    _jacobian(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5169,23 +5314,22 @@ def jacobian_packed(both):
     """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("jacobian_packed takes 14 numbers: q, result")
-    _jacobian(both[0:2], both[2:], 0, 1)
+    _jacobian(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5194,8 +5338,8 @@ def jacobian_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rows(q, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5207,7 +5351,9 @@ def jacobian_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rows(q, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5216,8 +5362,9 @@ def jacobian_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5230,34 +5377,30 @@ def jacobian_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_p(q, p, out, k, S):
+def _jacobian_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # tool: position
     t8 = p_l * c_2
     x_tool_x = c_1 * t8
@@ -5289,7 +5432,7 @@ def jacobian_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(12)
-    _jacobian_p(q, p, out, 0, 1)
+    _jacobian_p(q, p, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5302,7 +5445,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_p(q, p, out.ravel(), 0, 1)
+    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5310,23 +5453,22 @@ def jacobian_p_packed(both):
     """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("jacobian_p_packed takes 17 numbers: q, p, result")
-    _jacobian_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _jacobian_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5337,8 +5479,8 @@ def jacobian_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5352,7 +5494,9 @@ def jacobian_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_p_rows(q, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5363,8 +5507,9 @@ def jacobian_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5379,35 +5524,31 @@ def jacobian_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate(q, qd, out, k, S):
+def _jacobian_rate(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): orientation
     R_2_11 = c_1 * c_2
     R_2_21 = s_1 * c_2
@@ -5446,7 +5587,7 @@ def jacobian_rate(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(12)
-    _jacobian_rate(q, qd, out, 0, 1)
+    _jacobian_rate(q, qd, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5459,7 +5600,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5467,26 +5608,24 @@ def jacobian_rate_packed(both):
     """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("jacobian_rate_packed takes 16 numbers: q, qd, result")
-    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1)
+    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5497,8 +5636,8 @@ def jacobian_rate_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rate_rows(q, qd, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5512,7 +5651,9 @@ def jacobian_rate_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rate_rows(q, qd, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5523,8 +5664,10 @@ def jacobian_rate_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5539,11 +5682,12 @@ def jacobian_rate_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5552,28 +5696,23 @@ def jacobian_rate_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate_p(q, qd, p, out, k, S):
+def _jacobian_rate_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # tool: position
     t9 = p_l * c_2
     x_tool_x = c_1 * t9
@@ -5616,7 +5755,7 @@ def jacobian_rate_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(12)
-    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5631,7 +5770,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5639,26 +5778,24 @@ def jacobian_rate_p_packed(both):
     """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("jacobian_rate_p_packed takes 19 numbers: q, qd, p, result")
-    _jacobian_rate_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _jacobian_rate_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5671,8 +5808,8 @@ def jacobian_rate_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5688,7 +5825,9 @@ def jacobian_rate_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5701,8 +5840,10 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5719,11 +5860,12 @@ def jacobian_rate_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5732,25 +5874,20 @@ def jacobian_rate_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass(q, out, k, S):
+def _center_of_mass(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm): all from here on: first moment, before its turn
     h_2t_x = c_2 * 0.5
     h_2t_y = s_2 * 0.5
@@ -5768,7 +5905,7 @@ def center_of_mass(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(3)
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
     return out
 
 
@@ -5779,7 +5916,7 @@ def center_of_mass_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5787,23 +5924,21 @@ def center_of_mass_packed(both):
     """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("center_of_mass_packed takes 5 numbers: q, result")
-    _center_of_mass(both[0:2], both[2:], 0, 1)
+    _center_of_mass(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5812,9 +5947,9 @@ def center_of_mass_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5825,7 +5960,9 @@ def center_of_mass_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5834,11 +5971,12 @@ def center_of_mass_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5848,35 +5986,31 @@ def center_of_mass_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass_p(q, p, out, k, S):
+def _center_of_mass_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_m = p[1]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     t13 = 1.0 / p_m * (p_m * p_l) * 0.5
     t14 = c_2 * t13
     out[0 * S + k] = c_1 * t14
@@ -5892,7 +6026,7 @@ def center_of_mass_p(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(3)
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -5905,7 +6039,7 @@ def center_of_mass_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5913,23 +6047,21 @@ def center_of_mass_p_packed(both):
     """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("center_of_mass_p_packed takes 8 numbers: q, p, result")
-    _center_of_mass_p(both[0:2], both[2:5], both[5:], 0, 1)
+    _center_of_mass_p(both[0:2], both[2:5], both[5:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5940,9 +6072,9 @@ def center_of_mass_p_batch(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5955,7 +6087,9 @@ def center_of_mass_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5966,11 +6100,12 @@ def center_of_mass_p_batch_parallel(q, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5982,39 +6117,38 @@ def center_of_mass_p_soa(q, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix(q, qd, out, k, S):
+def _coriolis_matrix(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm): Coriolis terms with joint 2
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm): effort with joint 2
     t5 = c_2 * s_2
     t6 = qd_1 * t5
-    s_2_2_n_y = t6 * -0.3333333333333333
-    k_2_2_y = t6 * 0.3333333333333333
+    yc_2_2_y = t6 * 0.3333333333333333
+    y1_2_2_n_y = t6 * -0.3333333333333333
     out[0 * S + k] = -0.3333333333333333 * (qd_2 * t5)
-    out[1 * S + k] = s_2_2_n_y
-    out[2 * S + k] = k_2_2_y
+    out[1 * S + k] = y1_2_2_n_y
+    out[2 * S + k] = yc_2_2_y
     out[3 * S + k] = 0.0
 
 
@@ -6026,7 +6160,7 @@ def coriolis_matrix(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(4)
-    _coriolis_matrix(q, qd, out, 0, 1)
+    _coriolis_matrix(q, qd, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -6039,7 +6173,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6047,26 +6181,23 @@ def coriolis_matrix_packed(both):
     """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("coriolis_matrix_packed takes 8 numbers: q, qd, result")
-    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1)
+    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6077,8 +6208,8 @@ def coriolis_matrix_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _coriolis_matrix_rows(q, qd, out, 0, count)
+    out = np.empty(count * 4)
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -6092,7 +6223,9 @@ def coriolis_matrix_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _coriolis_matrix_rows(q, qd, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6103,8 +6236,10 @@ def coriolis_matrix_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -6119,11 +6254,12 @@ def coriolis_matrix_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6132,34 +6268,32 @@ def coriolis_matrix_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix_p(q, qd, p, out, k, S):
+def _coriolis_matrix_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_m = p[1]
     p_l = p[2]
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm): Coriolis terms with joint 2
-    t12 = s_2 * (p_m * c_2) * (p_l * p_l) * 0.3333333333333333
-    k_2_2_y = qd_1 * t12
-    s_2_2_n_y = -k_2_2_y
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm): composite body, before its turn
+    t12 = s_2 * (p_m * c_2) * (p_l * p_l) * 0.3333333333333333
     K_2_a = qd_2 * t12
+    # link 2 (arm): effort with joint 2
+    yc_2_2_y = qd_1 * t12
+    y1_2_2_n_y = -yc_2_2_y
     out[0 * S + k] = -K_2_a
-    out[1 * S + k] = s_2_2_n_y
-    out[2 * S + k] = k_2_2_y
+    out[1 * S + k] = y1_2_2_n_y
+    out[2 * S + k] = yc_2_2_y
     out[3 * S + k] = 0.0
 
 
@@ -6173,7 +6307,7 @@ def coriolis_matrix_p(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(4)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -6188,7 +6322,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6196,26 +6330,23 @@ def coriolis_matrix_p_packed(both):
     """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("coriolis_matrix_p_packed takes 11 numbers: q, qd, p, result")
-    _coriolis_matrix_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1)
+    _coriolis_matrix_p(both[0:2], both[2:4], both[4:7], both[7:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6228,8 +6359,8 @@ def coriolis_matrix_p_batch(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 4)
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -6245,7 +6376,9 @@ def coriolis_matrix_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6258,8 +6391,10 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -6276,11 +6411,12 @@ def coriolis_matrix_p_soa(q, qd, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6289,17 +6425,17 @@ def coriolis_matrix_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort(q, wrench, out, k, S):
+def _wrench_effort(q, wrench, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     w_1 = wrench[0 * S + k]
@@ -6308,12 +6444,7 @@ def _wrench_effort(q, wrench, out, k, S):
     w_4 = wrench[3 * S + k]
     w_5 = wrench[4 * S + k]
     w_6 = wrench[5 * S + k]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (column): force on the tool
     f_1_x = w_1 * c_1 + w_2 * s_1
     out[0 * S + k] = w_6 + c_2 * (w_2 * c_1 - w_1 * s_1)
@@ -6328,7 +6459,7 @@ def wrench_effort(q, wrench):
     if wrench.shape[0] != 6:
         raise ValueError("wrench must have 6 entries")
     out = np.empty(2)
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
     return out
 
 
@@ -6341,7 +6472,7 @@ def wrench_effort_into(q, wrench, out):
         raise ValueError("wrench must have 6 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6349,26 +6480,23 @@ def wrench_effort_packed(both):
     """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("wrench_effort_packed takes 10 numbers: q, wrench, result")
-    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1)
+    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_rows(q, wrench, out, first, last):
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6379,9 +6507,9 @@ def wrench_effort_batch(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _wrench_effort_rows(q, wrench, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6394,7 +6522,9 @@ def wrench_effort_batch_into(q, wrench, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _wrench_effort_rows(q, wrench, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6405,11 +6535,13 @@ def wrench_effort_batch_parallel(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6421,11 +6553,12 @@ def wrench_effort_soa(q, wrench):
         raise ValueError("wrench must have as many columns as q, and 6 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6434,17 +6567,17 @@ def wrench_effort_soa(q, wrench):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort_p(q, wrench, p, out, k, S):
+def _wrench_effort_p(q, wrench, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     w_1 = wrench[0 * S + k]
@@ -6454,12 +6587,7 @@ def _wrench_effort_p(q, wrench, p, out, k, S):
     w_5 = wrench[4 * S + k]
     w_6 = wrench[5 * S + k]
     p_l = p[2]
-    # link 1 (column): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (column): force on the tool
     f_1_x = w_1 * c_1 + w_2 * s_1
     # link 2 (arm): place of the tool, before its turn
@@ -6479,7 +6607,7 @@ def wrench_effort_p(q, wrench, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     out = np.empty(2)
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
     return out
 
 
@@ -6494,7 +6622,7 @@ def wrench_effort_p_into(q, wrench, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6502,26 +6630,23 @@ def wrench_effort_p_packed(both):
     """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 13:
         raise ValueError("wrench_effort_p_packed takes 13 numbers: q, wrench, p, result")
-    _wrench_effort_p(both[0:2], both[2:8], both[8:11], both[11:], 0, 1)
+    _wrench_effort_p(both[0:2], both[2:8], both[8:11], both[11:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_p_rows(q, wrench, p, out, first, last):
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6534,9 +6659,9 @@ def wrench_effort_p_batch(q, wrench, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6551,7 +6676,9 @@ def wrench_effort_p_batch_into(q, wrench, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6564,11 +6691,13 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     if p.shape[0] != 3:
         raise ValueError("p must have 3 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6582,11 +6711,12 @@ def wrench_effort_p_soa(q, wrench, p):
         raise ValueError("p must have 3 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6595,10 +6725,10 @@ def wrench_effort_p_soa(q, wrench, p):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out

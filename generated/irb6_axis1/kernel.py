@@ -16,7 +16,9 @@ Batches are computed in blocks across states, in which the compiler can use vect
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import config, njit, prange, types
+from numba.core.cgutils import ir
+from numba.extending import intrinsic
 
 ROBOT = 'irb6-axis1'
 COORDINATES = ('axis1.tachometer', 'axis1.motor', 'axis1.harmonic_drive', 'axis1')
@@ -34,43 +36,191 @@ PARAMETER_VALUES = np.array([1.6, 8.7e-05, 0.088, 0.088, 0.029, 0.025, 3.4e-05, 
 
 
 FAST = {"contract"}  # a product and a sum may be rounded as one; nothing else is rearranged
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 
 
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _sincos(x):
-    """Sine and cosine without a branch, so that loops over states vectorise.
+SINE = (  # coefficients of fdlibm (Sun Microsystems 1993), for angles up to pi/4
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)
+COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)
+
+
+def _sincos(builder, x):
+    """Instructions of LLVM for sine and cosine of a double, or of every lane of a vector, without a branch.
 
     To 2.3e-16 for |x| up to 1e6; beyond, as exact as x itself is spaced; not a number from 1e15 on.
-    The argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980), polynomials are
-    those of fdlibm (Sun Microsystems 1993).
+    The angle is reduced by multiples of pi/2 in two parts (Cody and Waite 1980).
     """
-    n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0
-    r = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21
-    z = r * r
-    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06 + z * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))
-    s = r + r * z * (-1.66666666666666324348e-01 + z * s)
-    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (
-        2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)))
-    quarter = n - 4.0 * math.floor(0.25 * n)
-    odd = (quarter == 1.0) | (quarter == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quarter >= 2.0 else sine
-    cosine = -cosine if (quarter == 1.0) | (quarter == 2.0) else cosine
-    known = abs(x) < 1e15
-    return (sine if known else math.nan), (cosine if known else math.nan)
+    lanes = x.type.count if isinstance(x.type, ir.VectorType) else 0
+    integer = ir.VectorType(ir.IntType(64), lanes) if lanes else ir.IntType(64)
+
+    def number(value, kind=x.type):
+        return ir.Constant(kind, [value] * lanes if lanes else value)
+
+    def times(a, b):
+        return builder.fmul(a, b, flags=[*FAST])
+
+    def plus(a, b):
+        return builder.fadd(a, b, flags=[*FAST])
+
+    # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
+    rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
+    n = builder.fsub(rounded, number(6755399441055744.0))
+    r = plus(plus(x, times(n, number(-1.5707963267341256))), times(n, number(-6.077100506506192e-11)))
+    above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
+    r = builder.select(builder.and_(above, below), r, number(math.nan))
+    z = times(r, r)
+    s, c = number(SINE[-1]), number(COSINE[-1])
+    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    s = plus(times(times(r, z), s), r)
+    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
+    quarter = builder.bitcast(rounded, integer)
+    odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
+
+    def signed(value, quarters):  # negative in the third and fourth quarter
+        sign = builder.and_(builder.shl(quarters, number(62, integer)), number(-(2**63), integer))
+        return builder.bitcast(builder.xor(builder.bitcast(value, integer), sign), x.type)
+
+    sine = signed(builder.select(odd, c, s), quarter)
+    return sine, signed(builder.select(odd, s, c), builder.add(quarter, number(1, integer)))
+
+
+def _lane(i):
+    return ir.Constant(ir.IntType(32), i)
+
+
+def _sincos_in_vectors_of(most):
+    """An intrinsic: a tuple of angles to their sines and cosines, sine, cosine, sine, ..."""
+
+    def generate(context, builder, signature, arguments):
+        angles = [builder.extract_value(arguments[0], i) for i in range(signature.args[0].count)]
+        found = []
+        for some in [angles[i:i + most] for i in range(0, len(angles), most)]:
+            lanes = 2 ** (len(some) - 1).bit_length()
+            if lanes == 1:
+                found += _sincos(builder, some[0])
+                continue
+            x = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [0.0] * lanes)
+            for i, angle in enumerate(some):
+                x = builder.insert_element(x, angle, _lane(i))
+            both = _sincos(builder, x)
+            found += [builder.extract_element(vector, _lane(i)) for i in range(len(some)) for vector in both]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    @intrinsic
+    def sincos(context, angles):
+        count = len(angles)
+        return types.UniTuple(types.float64, 2 * count)(types.UniTuple(types.float64, count)), generate
+
+    return sincos
+
+
+def _apart(angles):
+    """Sines and cosines of a tuple of angles, each by itself: where a loop over states has the vectors."""
+    return tuple(function(x) for x in angles for function in (math.sin, math.cos))
+
+
+_together = _apart  # up to eight angles in one vector: where there is a single state
+if not config.DISABLE_JIT:
+    _apart, _together = _sincos_in_vectors_of(1), _sincos_in_vectors_of(8)
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _sin(x):
-    return _sincos(x)[0]
+    return _apart((x,))[0]
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _cos(x):
-    return _sincos(x)[1]
+    return _apart((x,))[1]
+
+
+def _gather(rows, width, entry, entries, row, last, lines, lane):
+    """A square of eight states to lines, one per entry: entry + i of state row + j to lane + j of line entry + i.
+
+    Behind the last state there are copies of it.
+    """
+    for j in range(8):
+        for i in range(entries):
+            lines[BLOCK * (entry + i) + lane + j] = rows[width * min(row + j, last) + entry + i]
+
+
+def _scatter(rows, width, entry, entries, row, last, lines, lane):
+    """The way back; copies of the last state are stored over each other."""
+    for j in range(8):
+        for i in range(entries):
+            rows[width * min(row + j, last) + entry + i] = lines[BLOCK * (entry + i) + lane + j]
+
+
+def _shuffled(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _transposed(builder, lines):
+    """An 8 x 8 matrix of eight vectors: off-diagonal quarters swapped, then the quarters of quarters."""
+    for half in (4, 2, 1):
+        left = [i - half + 8 if i & half else i for i in range(8)]
+        right = [i + 8 if i & half else i + half for i in range(8)]
+        lines = [
+            _shuffled(builder, lines[i & ~half], lines[i | half], right if i & half else left) for i in range(8)]
+    return lines
+
+
+def _square(move):
+    """An intrinsic with the arguments of _gather: ``move`` is given pointers to the rows and to the lines."""
+
+    @intrinsic(prefer_literal=True)
+    def moved(context, rows, width, entry, entries, row, last, lines, lane):
+        if not rows.dtype == lines.dtype == types.float64:
+            raise TypeError("batches are arrays of float64")
+        number = types.intp
+
+        def generate(context, builder, signature, arguments):
+            def constant(value):
+                return context.get_constant(number, value)
+
+            array, width, entry, _, row, last, scratch, lane = arguments
+
+            def pointers(kind, array, indices, lanes):
+                start = context.make_array(kind)(context, builder, array).data
+                vector = ir.VectorType(ir.DoubleType(), lanes).as_pointer()
+                return [builder.bitcast(builder.gep(start, [index]), vector) for index in indices]
+
+            states = [builder.add(row, constant(j)) for j in range(8)]
+            states = [builder.select(builder.icmp_signed("<", state, last), state, last) for state in states]
+            starts = [builder.add(builder.mul(state, width), entry) for state in states]
+            places = [builder.add(entry, constant(i)) for i in range(entries.literal_value)]
+            places = [builder.add(builder.mul(place, constant(BLOCK)), lane) for place in places]
+            move(
+                builder, pointers(rows, array, starts, len(places)), pointers(lines, scratch, places, 8))
+            return context.get_dummy_value()
+
+        # With the literal: instructions are found again by the signature.
+        return types.void(rows, number, number, entries, number, number, lines, number), generate
+
+    return moved
+
+
+def _from_rows(builder, rows, lines):
+    wide = [min(i, len(lines) - 1) for i in range(8)]
+    loaded = [builder.load(row, align=8) for row in rows]
+    for value, line in zip(_transposed(builder, [_shuffled(builder, x, x, wide) for x in loaded]), lines):
+        builder.store(value, line, align=8)
+
+
+def _to_rows(builder, rows, lines):
+    loaded = [builder.load(line, align=8) for line in lines]
+    for value, row in zip(_transposed(builder, loaded + loaded[:1] * (8 - len(lines))), rows):
+        builder.store(_shuffled(builder, value, value, list(range(len(lines)))), row, align=8)
+
+
+if not config.DISABLE_JIT:
+    _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -84,7 +234,7 @@ def _step(x):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics(q, qd, qdd, out, k, S):
+def _inverse_dynamics(q, qd, qdd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -119,7 +269,7 @@ def inverse_dynamics(q, qd, qdd):
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
     out = np.empty(4)
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
     return out
 
 
@@ -134,7 +284,7 @@ def inverse_dynamics_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -142,29 +292,25 @@ def inverse_dynamics_packed(both):
     """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("inverse_dynamics_packed takes 16 numbers: q, qd, qdd, result")
-    _inverse_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _inverse_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -177,9 +323,9 @@ def inverse_dynamics_batch(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -194,7 +340,9 @@ def inverse_dynamics_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -207,11 +355,14 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -225,12 +376,13 @@ def inverse_dynamics_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -243,17 +395,17 @@ def inverse_dynamics_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_p(q, qd, qdd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -290,6 +442,9 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     added_inertia_axis1_harmonic_drive_3 = qdd_3 * p_J_3
     # linear spring at axis1.flexspline
     t39 = q_3 - q_4
+    t42 = _step(abs(t39) - p_S)
+    t46 = t42 * (t39 - p_S * _sign(t39))
+    t51 = p_c_3 * t46 + (qd_3 - qd_4) * (p_d_3 * t42)
     # viscous friction at axis1.tachometer
     viscous_friction_axis1_tachometer_1 = qd_1 * p_d_4
     # viscous friction at axis1.motor
@@ -300,17 +455,16 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     viscous_friction_axis1_4 = qd_4 * p_d_7
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
-    t53 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t54 = added_inertia_axis1_tachometer_1 + viscous_friction_axis1_tachometer_1
-    t56 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t57 = added_inertia_axis1_motor_2 + viscous_friction_axis1_motor_2
-    t63 = p_c_3 * (t39 - p_S * _sign(t39)) + p_d_3 * (qd_3 - qd_4)
-    t64 = _step(abs(t39) - p_S) * t63
-    t65 = added_inertia_axis1_harmonic_drive_3 + viscous_friction_axis1_harmonic_drive_3
-    out[0 * S + k] = t53 + t54
-    out[1 * S + k] = t56 + (coulomb_friction_axis1_motor_2 + t57 - t53)
-    out[2 * S + k] = t64 + (t65 - t56)
-    out[3 * S + k] = qdd_4 * p_J_4 + (viscous_friction_axis1_4 - t64)
+    t65 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t66 = added_inertia_axis1_tachometer_1 + viscous_friction_axis1_tachometer_1
+    t68 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t69 = added_inertia_axis1_motor_2 + viscous_friction_axis1_motor_2
+    t73 = t51 * (_step(p_S) * _step(-(t46 * t51)) - 1.0)
+    t74 = added_inertia_axis1_harmonic_drive_3 + viscous_friction_axis1_harmonic_drive_3
+    out[0 * S + k] = t65 + t66
+    out[1 * S + k] = t68 + (coulomb_friction_axis1_motor_2 + t69 - t65)
+    out[2 * S + k] = t74 - t68 - t73
+    out[3 * S + k] = qdd_4 * p_J_4 + (viscous_friction_axis1_4 + t73)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -325,7 +479,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(4)
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
     return out
 
 
@@ -342,7 +496,7 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -350,29 +504,25 @@ def inverse_dynamics_p_packed(both):
     """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 37:
         raise ValueError("inverse_dynamics_p_packed takes 37 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+    _inverse_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -387,9 +537,9 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -406,7 +556,9 @@ def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -421,11 +573,14 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -441,12 +596,13 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -459,17 +615,17 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics(q, qd, tau, out, k, S):
+def _forward_dynamics(q, qd, tau, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -510,7 +666,7 @@ def forward_dynamics(q, qd, tau):
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
     out = np.empty(4)
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
     return out
 
 
@@ -525,7 +681,7 @@ def forward_dynamics_into(q, qd, tau, out):
         raise ValueError("tau must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -533,29 +689,25 @@ def forward_dynamics_packed(both):
     """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("forward_dynamics_packed takes 16 numbers: q, qd, tau, result")
-    _forward_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _forward_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -568,9 +720,9 @@ def forward_dynamics_batch(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -585,7 +737,9 @@ def forward_dynamics_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -598,11 +752,14 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -616,12 +773,13 @@ def forward_dynamics_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -634,17 +792,17 @@ def forward_dynamics_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_p(q, qd, tau, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -675,6 +833,9 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     p_S = p[20]
     # linear spring at axis1.flexspline
     t32 = q_3 - q_4
+    t35 = _step(abs(t32) - p_S)
+    t39 = t35 * (t32 - p_S * _sign(t32))
+    t44 = p_c_3 * t39 + (qd_3 - qd_4) * (p_d_3 * t35)
     # viscous friction at axis1.tachometer
     viscous_friction_axis1_tachometer_1 = qd_1 * p_d_4
     # viscous friction at axis1.motor
@@ -686,19 +847,18 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
     # effort less bias force
-    t48 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t49 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t53 = p_c_3 * (t32 - p_S * _sign(t32)) + p_d_3 * (qd_3 - qd_4)
-    t54 = _step(abs(t32) - p_S) * t53
+    t62 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t63 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t64 = t44 * (_step(p_S) * _step(-(t39 * t44)) - 1.0)
     # solve: L D L^T
-    t58 = (tau_1 - viscous_friction_axis1_tachometer_1 - t48) / p_J_1
+    t67 = (tau_1 - viscous_friction_axis1_tachometer_1 - t62) / p_J_1
     # effort less bias force
-    t60 = tau_2 - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
-    t65 = tau_3 + (t49 - viscous_friction_axis1_harmonic_drive_3)
-    out[0 * S + k] = t58
-    out[1 * S + k] = (t48 + t60 - t49) / p_J_2
-    out[2 * S + k] = (t65 - t54) / p_J_3
-    out[3 * S + k] = (tau_4 + (t54 - viscous_friction_axis1_4)) / p_J_4
+    t69 = tau_2 - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
+    t74 = t63 + (tau_3 - viscous_friction_axis1_harmonic_drive_3)
+    out[0 * S + k] = t67
+    out[1 * S + k] = (t62 + t69 - t63) / p_J_2
+    out[2 * S + k] = (t64 + t74) / p_J_3
+    out[3 * S + k] = (tau_4 - viscous_friction_axis1_4 - t64) / p_J_4
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -713,7 +873,7 @@ def forward_dynamics_p(q, qd, tau, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(4)
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
     return out
 
 
@@ -730,7 +890,7 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -738,29 +898,25 @@ def forward_dynamics_p_packed(both):
     """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 37:
         raise ValueError("forward_dynamics_p_packed takes 37 numbers: q, qd, tau, p, result")
-    _forward_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+    _forward_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -775,9 +931,9 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -794,7 +950,9 @@ def forward_dynamics_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -809,11 +967,14 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -829,12 +990,13 @@ def forward_dynamics_p_soa(q, qd, tau, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -847,17 +1009,17 @@ def forward_dynamics_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix(q, out, k, S):
+def _mass_matrix(q, out, k, S, turns):
     out[0 * S + k] = 3.4e-05
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -882,7 +1044,7 @@ def mass_matrix(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(16)
-    _mass_matrix(q, out, 0, 1)
+    _mass_matrix(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -893,7 +1055,7 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix(q, out.ravel(), 0, 1)
+    _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -901,23 +1063,22 @@ def mass_matrix_packed(both):
     """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("mass_matrix_packed takes 20 numbers: q, result")
-    _mass_matrix(both[0:4], both[4:], 0, 1)
+    _mass_matrix(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -926,8 +1087,8 @@ def mass_matrix_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -939,7 +1100,9 @@ def mass_matrix_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -948,8 +1111,9 @@ def mass_matrix_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -962,25 +1126,26 @@ def mass_matrix_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_p(q, p, out, k, S):
+def _mass_matrix_p(q, p, out, k, S, turns):
     p_J_1 = p[6]
     p_J_2 = p[7]
     p_J_3 = p[8]
@@ -1011,7 +1176,7 @@ def mass_matrix_p(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(16)
-    _mass_matrix_p(q, p, out, 0, 1)
+    _mass_matrix_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -1024,7 +1189,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1032,23 +1197,22 @@ def mass_matrix_p_packed(both):
     """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 41:
         raise ValueError("mass_matrix_p_packed takes 41 numbers: q, p, result")
-    _mass_matrix_p(both[0:4], both[4:25], both[25:], 0, 1)
+    _mass_matrix_p(both[0:4], both[4:25], both[25:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1059,8 +1223,8 @@ def mass_matrix_p_batch(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1074,7 +1238,9 @@ def mass_matrix_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1085,8 +1251,9 @@ def mass_matrix_p_batch_parallel(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1101,25 +1268,26 @@ def mass_matrix_p_soa(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse(q, out, k, S):
+def _mass_matrix_inverse(q, out, k, S, turns):
     out[0 * S + k] = 29411.764705882353
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -1144,7 +1312,7 @@ def mass_matrix_inverse(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(16)
-    _mass_matrix_inverse(q, out, 0, 1)
+    _mass_matrix_inverse(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -1155,7 +1323,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1163,23 +1331,22 @@ def mass_matrix_inverse_packed(both):
     """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("mass_matrix_inverse_packed takes 20 numbers: q, result")
-    _mass_matrix_inverse(both[0:4], both[4:], 0, 1)
+    _mass_matrix_inverse(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1188,8 +1355,8 @@ def mass_matrix_inverse_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_inverse_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1201,7 +1368,9 @@ def mass_matrix_inverse_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_inverse_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1210,8 +1379,9 @@ def mass_matrix_inverse_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1224,25 +1394,26 @@ def mass_matrix_inverse_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse_p(q, p, out, k, S):
+def _mass_matrix_inverse_p(q, p, out, k, S, turns):
     p_J_1 = p[6]
     p_J_2 = p[7]
     p_J_3 = p[8]
@@ -1273,7 +1444,7 @@ def mass_matrix_inverse_p(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(16)
-    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -1286,7 +1457,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1294,23 +1465,22 @@ def mass_matrix_inverse_p_packed(both):
     """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 41:
         raise ValueError("mass_matrix_inverse_p_packed takes 41 numbers: q, p, result")
-    _mass_matrix_inverse_p(both[0:4], both[4:25], both[25:], 0, 1)
+    _mass_matrix_inverse_p(both[0:4], both[4:25], both[25:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1321,8 +1491,8 @@ def mass_matrix_inverse_p_batch(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1336,7 +1506,9 @@ def mass_matrix_inverse_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1347,8 +1519,9 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1363,25 +1536,26 @@ def mass_matrix_inverse_p_soa(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force(q, qd, out, k, S):
+def _bias_force(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -1409,7 +1583,7 @@ def bias_force(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(4)
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1422,7 +1596,7 @@ def bias_force_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1430,26 +1604,23 @@ def bias_force_packed(both):
     """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 12:
         raise ValueError("bias_force_packed takes 12 numbers: q, qd, result")
-    _bias_force(both[0:4], both[4:8], both[8:], 0, 1)
+    _bias_force(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1460,9 +1631,9 @@ def bias_force_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _bias_force_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1475,7 +1646,9 @@ def bias_force_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _bias_force_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1486,11 +1659,13 @@ def bias_force_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1502,11 +1677,12 @@ def bias_force_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1515,17 +1691,17 @@ def bias_force_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force_p(q, qd, p, out, k, S):
+def _bias_force_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -1548,6 +1724,9 @@ def _bias_force_p(q, qd, p, out, k, S):
     p_S = p[20]
     # linear spring at axis1.flexspline
     t28 = q_3 - q_4
+    t31 = _step(abs(t28) - p_S)
+    t35 = t31 * (t28 - p_S * _sign(t28))
+    t40 = p_c_3 * t35 + (qd_3 - qd_4) * (p_d_3 * t31)
     # viscous friction at axis1.tachometer
     viscous_friction_axis1_tachometer_1 = qd_1 * p_d_4
     # viscous friction at axis1.motor
@@ -1558,16 +1737,15 @@ def _bias_force_p(q, qd, p, out, k, S):
     viscous_friction_axis1_4 = qd_4 * p_d_7
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
-    t42 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t44 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t45 = viscous_friction_axis1_motor_2 + coulomb_friction_axis1_motor_2
-    t50 = p_c_3 * (t28 - p_S * _sign(t28)) + p_d_3 * (qd_3 - qd_4)
-    t51 = _step(abs(t28) - p_S) * t50
-    t53 = t51 + (viscous_friction_axis1_harmonic_drive_3 - t44)
-    out[0 * S + k] = viscous_friction_axis1_tachometer_1 + t42
-    out[1 * S + k] = t44 + (t45 - t42)
-    out[2 * S + k] = t53
-    out[3 * S + k] = viscous_friction_axis1_4 - t51
+    t54 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t56 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t57 = viscous_friction_axis1_motor_2 + coulomb_friction_axis1_motor_2
+    t60 = t40 * (_step(p_S) * _step(-(t35 * t40)) - 1.0)
+    t62 = viscous_friction_axis1_harmonic_drive_3 - t56 - t60
+    out[0 * S + k] = viscous_friction_axis1_tachometer_1 + t54
+    out[1 * S + k] = t56 + (t57 - t54)
+    out[2 * S + k] = t62
+    out[3 * S + k] = viscous_friction_axis1_4 + t60
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1580,7 +1758,7 @@ def bias_force_p(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(4)
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1595,7 +1773,7 @@ def bias_force_p_into(q, qd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1603,26 +1781,23 @@ def bias_force_p_packed(both):
     """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 33:
         raise ValueError("bias_force_p_packed takes 33 numbers: q, qd, p, result")
-    _bias_force_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+    _bias_force_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1635,9 +1810,9 @@ def bias_force_p_batch(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _bias_force_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1652,7 +1827,9 @@ def bias_force_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _bias_force_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1665,11 +1842,13 @@ def bias_force_p_batch_parallel(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1683,11 +1862,12 @@ def bias_force_p_soa(q, qd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1696,17 +1876,17 @@ def bias_force_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity(q, out, k, S):
+def _gravity(q, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -1719,7 +1899,7 @@ def gravity(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(4)
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
     return out
 
 
@@ -1730,7 +1910,7 @@ def gravity_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1738,23 +1918,21 @@ def gravity_packed(both):
     """gravity of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("gravity_packed takes 8 numbers: q, result")
-    _gravity(both[0:4], both[4:], 0, 1)
+    _gravity(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1763,9 +1941,9 @@ def gravity_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _gravity_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1776,7 +1954,9 @@ def gravity_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _gravity_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1785,11 +1965,12 @@ def gravity_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1799,25 +1980,26 @@ def gravity_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity_p(q, p, out, k, S):
+def _gravity_p(q, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -1832,7 +2014,7 @@ def gravity_p(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(4)
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -1845,7 +2027,7 @@ def gravity_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1853,23 +2035,21 @@ def gravity_p_packed(both):
     """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 29:
         raise ValueError("gravity_p_packed takes 29 numbers: q, p, result")
-    _gravity_p(both[0:4], both[4:25], both[25:], 0, 1)
+    _gravity_p(both[0:4], both[4:25], both[25:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1880,9 +2060,9 @@ def gravity_p_batch(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _gravity_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1895,7 +2075,9 @@ def gravity_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _gravity_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1906,11 +2088,12 @@ def gravity_p_batch_parallel(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1922,25 +2105,26 @@ def gravity_p_soa(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy(q, qd, out, k, S):
+def _energy(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -1951,10 +2135,10 @@ def _energy(q, qd, out, k, S):
     qd_4 = qd[3 * S + k]
     t19 = qd_2 * qd_2 * 2.05e-05 + qd_4 * qd_4 * 0.000186 + qd_1 * qd_1 * 1.7e-05
     t23 = q_1 - q_2
-    t24 = q_2 - q_3
     t25 = q_3 - q_4
     t28 = t25 * _step(abs(t25))
-    t39 = t23 * t23 * 394.5 + t24 * t24 * 612.5 + t28 * t28 * 0.72
+    t30 = q_2 - q_3
+    t39 = t23 * t23 * 394.5 + t28 * t28 * 0.72 + t30 * t30 * 612.5
     out[0 * S + k] = t19 + qd_3 * qd_3 * 9.8e-05
     out[1 * S + k] = t39
 
@@ -1967,7 +2151,7 @@ def energy(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(2)
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1980,7 +2164,7 @@ def energy_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1988,26 +2172,23 @@ def energy_packed(both):
     """energy of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("energy_packed takes 10 numbers: q, qd, result")
-    _energy(both[0:4], both[4:8], both[8:], 0, 1)
+    _energy(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2018,9 +2199,9 @@ def energy_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2033,7 +2214,9 @@ def energy_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2044,11 +2227,13 @@ def energy_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2060,11 +2245,12 @@ def energy_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2073,17 +2259,17 @@ def energy_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy_p(q, qd, p, out, k, S):
+def _energy_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -2096,18 +2282,22 @@ def _energy_p(q, qd, p, out, k, S):
     p_J_2 = p[7]
     p_J_3 = p[8]
     p_J_4 = p[9]
+    p_d_3 = p[12]
     p_c_1 = p[17]
     p_c_2 = p[18]
     p_c_3 = p[19]
     p_S = p[20]
-    t25 = p_J_1 * (qd_1 * qd_1) + (p_J_2 * (qd_2 * qd_2) + p_J_4 * (qd_4 * qd_4))
-    t29 = q_1 - q_2
-    t32 = q_2 - q_3
-    t35 = q_3 - q_4
-    t42 = _step(abs(t35) - p_S) * (t35 - p_S * _sign(t35))
-    t46 = p_c_3 * (t42 * t42) + (p_c_1 * (t29 * t29) + p_c_2 * (t32 * t32))
-    out[0 * S + k] = (p_J_3 * (qd_3 * qd_3) + t25) * 0.5
-    out[1 * S + k] = 0.5 * t46
+    t26 = p_J_1 * (qd_1 * qd_1) + (p_J_2 * (qd_2 * qd_2) + p_J_4 * (qd_4 * qd_4))
+    t30 = q_1 - q_2
+    t33 = q_3 - q_4
+    t36 = _step(abs(t33) - p_S)
+    t40 = t36 * (t33 - p_S * _sign(t33))
+    t47 = t40 * (p_c_3 * t40 + (qd_3 - qd_4) * (p_d_3 * t36))
+    t53 = t40 * (_step(p_S) * _step(-t47) - 1.0)
+    t56 = q_2 - q_3
+    t60 = p_c_2 * (t56 * t56) + (p_c_1 * (t30 * t30) + p_c_3 * (t53 * t53))
+    out[0 * S + k] = (p_J_3 * (qd_3 * qd_3) + t26) * 0.5
+    out[1 * S + k] = 0.5 * t60
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2120,7 +2310,7 @@ def energy_p(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(2)
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -2135,7 +2325,7 @@ def energy_p_into(q, qd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2143,26 +2333,23 @@ def energy_p_packed(both):
     """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 31:
         raise ValueError("energy_p_packed takes 31 numbers: q, qd, p, result")
-    _energy_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+    _energy_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2175,9 +2362,9 @@ def energy_p_batch(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2192,7 +2379,9 @@ def energy_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2205,11 +2394,13 @@ def energy_p_batch_parallel(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2223,11 +2414,12 @@ def energy_p_soa(q, qd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2236,17 +2428,17 @@ def energy_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation(x, u, out, k, S):
+def _actuation(x, u, out, k, S, turns):
     z_1 = x[8 * S + k]
     out[0 * S + k] = 0.0
     out[1 * S + k] = z_1 * 0.088
@@ -2262,7 +2454,7 @@ def actuation(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(4)
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2275,7 +2467,7 @@ def actuation_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2283,26 +2475,24 @@ def actuation_packed(both):
     """actuation of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("actuation_packed takes 14 numbers: x, u, result")
-    _actuation(both[0:9], both[9:10], both[10:], 0, 1)
+    _actuation(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2313,9 +2503,9 @@ def actuation_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _actuation_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2328,7 +2518,9 @@ def actuation_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _actuation_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2339,11 +2531,13 @@ def actuation_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2355,11 +2549,12 @@ def actuation_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2368,17 +2563,17 @@ def actuation_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation_p(x, u, p, out, k, S):
+def _actuation_p(x, u, p, out, k, S, turns):
     z_1 = x[8 * S + k]
     p_K_T = p[2]
     out[0 * S + k] = 0.0
@@ -2397,7 +2592,7 @@ def actuation_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(4)
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2412,7 +2607,7 @@ def actuation_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2420,26 +2615,24 @@ def actuation_p_packed(both):
     """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 35:
         raise ValueError("actuation_p_packed takes 35 numbers: x, u, p, result")
-    _actuation_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _actuation_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2452,9 +2645,9 @@ def actuation_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _actuation_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2469,7 +2662,9 @@ def actuation_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _actuation_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2482,11 +2677,13 @@ def actuation_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2500,11 +2697,12 @@ def actuation_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2513,17 +2711,17 @@ def actuation_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative(x, u, out, k, S):
+def _state_derivative(x, u, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     q_3 = x[2 * S + k]
@@ -2561,7 +2759,7 @@ def state_derivative(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(9)
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2574,7 +2772,7 @@ def state_derivative_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2582,26 +2780,25 @@ def state_derivative_packed(both):
     """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("state_derivative_packed takes 19 numbers: x, u, result")
-    _state_derivative(both[0:9], both[9:10], both[10:], 0, 1)
+    _state_derivative(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(9):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _scatter(out, 9, min(i, 1), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2612,9 +2809,9 @@ def state_derivative_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    _state_derivative_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 9)
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 9))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2627,7 +2824,9 @@ def state_derivative_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 9):
         raise ValueError("out must have the shape (states, 9)")
-    _state_derivative_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2638,11 +2837,13 @@ def state_derivative_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 9)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 9))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2654,11 +2855,12 @@ def state_derivative_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((9, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2667,17 +2869,17 @@ def state_derivative_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
         for i in range(9):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_p(x, u, p, out, k, S):
+def _state_derivative_p(x, u, p, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     q_3 = x[2 * S + k]
@@ -2710,6 +2912,9 @@ def _state_derivative_p(x, u, p, out, k, S):
     p_S = p[20]
     # linear spring at axis1.flexspline
     t35 = q_3 - q_4
+    t38 = _step(abs(t35) - p_S)
+    t42 = t38 * (t35 - p_S * _sign(t35))
+    t47 = p_c_3 * t42 + (qd_3 - qd_4) * (p_d_3 * t38)
     # viscous friction at axis1.tachometer
     viscous_friction_axis1_tachometer_1 = qd_1 * p_d_4
     # viscous friction at axis1.motor
@@ -2721,23 +2926,22 @@ def _state_derivative_p(x, u, p, out, k, S):
     # Coulomb friction at axis1.motor
     coulomb_friction_axis1_motor_2 = p_T_f * _sign(qd_2)
     # effort less bias force
-    t49 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
-    t51 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
-    t53 = z_1 * p_K_T - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
-    t58 = p_c_3 * (t35 - p_S * _sign(t35)) + p_d_3 * (qd_3 - qd_4)
-    t59 = _step(abs(t35) - p_S) * t58
+    t61 = p_c_1 * (q_1 - q_2) + p_d_1 * (qd_1 - qd_2)
+    t63 = p_c_2 * (q_2 - q_3) + p_d_2 * (qd_2 - qd_3)
+    t65 = z_1 * p_K_T - viscous_friction_axis1_motor_2 - coulomb_friction_axis1_motor_2
+    t68 = t47 * (_step(p_S) * _step(-(t42 * t47)) - 1.0)
     # solve: L D L^T
-    t60 = (viscous_friction_axis1_tachometer_1 + t49) / p_J_1
+    t70 = (viscous_friction_axis1_tachometer_1 + t61) / p_J_1
     # effort less bias force
-    t64 = t51 - viscous_friction_axis1_harmonic_drive_3 - t59
+    t74 = t68 + (t63 - viscous_friction_axis1_harmonic_drive_3)
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
     out[2 * S + k] = qd_3
     out[3 * S + k] = qd_4
-    out[4 * S + k] = -t60
-    out[5 * S + k] = (t49 + t53 - t51) / p_J_2
-    out[6 * S + k] = t64 / p_J_3
-    out[7 * S + k] = (t59 - viscous_friction_axis1_4) / p_J_4
+    out[4 * S + k] = -t70
+    out[5 * S + k] = (t61 + t65 - t63) / p_J_2
+    out[6 * S + k] = t74 / p_J_3
+    out[7 * S + k] = -((viscous_friction_axis1_4 + t68) / p_J_4)
     out[8 * S + k] = (u_1 - qd_2 * p_K_E - z_1 * p_R) / p_L
 
 
@@ -2751,7 +2955,7 @@ def state_derivative_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(9)
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2766,7 +2970,7 @@ def state_derivative_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2774,26 +2978,25 @@ def state_derivative_p_packed(both):
     """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 40:
         raise ValueError("state_derivative_p_packed takes 40 numbers: x, u, p, result")
-    _state_derivative_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _state_derivative_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(9):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _scatter(out, 9, min(i, 1), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2806,9 +3009,9 @@ def state_derivative_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    _state_derivative_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 9)
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 9))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2823,7 +3026,9 @@ def state_derivative_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 9):
         raise ValueError("out must have the shape (states, 9)")
-    _state_derivative_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2836,11 +3041,13 @@ def state_derivative_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 9)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 9))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2854,11 +3061,12 @@ def state_derivative_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((9, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2867,17 +3075,17 @@ def state_derivative_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(9):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S, turns):
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
     # linear spring at axis1.flexspline
@@ -2885,7 +3093,6 @@ def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
     # derivative: linear spring at axis1.flexspline
     t12 = t10 * 1.44
     t14 = t10 * -1.44
-    # derivative: viscous friction at axis1.flexspline
     t18 = t10 * -0.0016
     out[0 * S + k] = 789.0
     out[1 * S + k] = -789.0
@@ -2931,7 +3138,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
     out = np.empty(32)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -2946,7 +3153,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2954,29 +3161,26 @@ def inverse_dynamics_state_jacobian_packed(both):
     """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("inverse_dynamics_state_jacobian_packed takes 44 numbers: q, qd, qdd, result")
-    _inverse_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _inverse_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2989,8 +3193,8 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 32)
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3006,7 +3210,9 @@ def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3019,8 +3225,11 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3037,12 +3246,13 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3055,19 +3265,21 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
     p_d_1 = p[10]
     p_d_2 = p[11]
     p_d_3 = p[12]
@@ -3080,53 +3292,56 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     p_c_3 = p[19]
     p_S = p[20]
     # derivative: linear spring at axis1.tachometer_shaft
-    t14 = -p_c_1
+    t16 = -p_c_1
     # derivative: viscous friction at axis1.tachometer_shaft
-    t15 = -p_d_1
+    t17 = -p_d_1
     # derivative: linear spring at axis1.motor_shaft
-    t16 = -p_c_2
+    t18 = -p_c_2
     # derivative: viscous friction at axis1.motor_shaft
-    t17 = -p_d_2
+    t19 = -p_d_2
     # linear spring at axis1.flexspline
-    t21 = _step(abs(q_3 - q_4) - p_S)
+    t20 = q_3 - q_4
+    t24 = _step(abs(t20) - p_S)
+    t27 = t24 * (t20 - p_S * _sign(t20))
+    t30 = p_d_3 * t24
+    t36 = _step(-(t27 * (p_c_3 * t27 + (qd_3 - qd_4) * t30)))
+    t39 = _step(p_S) * t36 - 1.0
     # derivative: linear spring at axis1.flexspline
-    t22 = p_c_3 * t21
-    t23 = -t22
+    t41 = t39 * (p_c_3 * t24)
     # derivative: viscous friction at axis1.flexspline
-    t24 = p_d_3 * t21
-    t25 = -t24
+    t43 = t30 * t39
     out[0 * S + k] = p_c_1
-    out[1 * S + k] = t14
+    out[1 * S + k] = t16
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
     out[4 * S + k] = p_d_1 + p_d_4
-    out[5 * S + k] = t15
+    out[5 * S + k] = t17
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
-    out[8 * S + k] = t14
+    out[8 * S + k] = t16
     out[9 * S + k] = p_c_1 + p_c_2
-    out[10 * S + k] = t16
+    out[10 * S + k] = t18
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t15
+    out[12 * S + k] = t17
     out[13 * S + k] = p_d_5 + (p_d_1 + p_d_2)
-    out[14 * S + k] = t17
+    out[14 * S + k] = t19
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
-    out[17 * S + k] = t16
-    out[18 * S + k] = p_c_2 + t22
-    out[19 * S + k] = t23
+    out[17 * S + k] = t18
+    out[18 * S + k] = p_c_2 - t41
+    out[19 * S + k] = t41
     out[20 * S + k] = 0.0
-    out[21 * S + k] = t17
-    out[22 * S + k] = t24 + (p_d_2 + p_d_6)
-    out[23 * S + k] = t25
+    out[21 * S + k] = t19
+    out[22 * S + k] = p_d_2 + p_d_6 - t43
+    out[23 * S + k] = t43
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = t23
-    out[27 * S + k] = t22
+    out[26 * S + k] = t41
+    out[27 * S + k] = -t41
     out[28 * S + k] = 0.0
     out[29 * S + k] = 0.0
-    out[30 * S + k] = t25
-    out[31 * S + k] = p_d_7 + t24
+    out[30 * S + k] = t43
+    out[31 * S + k] = p_d_7 - t43
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3141,7 +3356,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(32)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3158,7 +3373,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3166,29 +3381,26 @@ def inverse_dynamics_state_jacobian_p_packed(both):
     """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 65:
         raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 65 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+    _inverse_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3203,8 +3415,8 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 32)
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3222,7 +3434,9 @@ def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3237,8 +3451,11 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3257,12 +3474,13 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3275,17 +3493,17 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
+def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
     # linear spring at axis1.flexspline
@@ -3336,7 +3554,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3351,7 +3569,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3359,29 +3577,26 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 44 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3394,8 +3609,8 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
+    out = np.empty(count * 32)
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3411,7 +3626,9 @@ def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3424,8 +3641,11 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3442,12 +3662,13 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3460,19 +3681,21 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
     p_J_1 = p[6]
     p_J_2 = p[7]
     p_J_3 = p[8]
@@ -3489,50 +3712,55 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     p_c_3 = p[19]
     p_S = p[20]
     # linear spring at axis1.flexspline
-    t20 = _step(abs(q_3 - q_4) - p_S)
+    t20 = q_3 - q_4
+    t24 = _step(abs(t20) - p_S)
+    t27 = t24 * (t20 - p_S * _sign(t20))
+    t30 = p_d_3 * t24
+    t36 = _step(-(t27 * (p_c_3 * t27 + (qd_3 - qd_4) * t30)))
+    t39 = _step(p_S) * t36 - 1.0
     # derivative: linear spring at axis1.flexspline
-    t22 = p_c_3 * t20
+    t41 = t39 * (p_c_3 * t24)
     # derivative: viscous friction at axis1.flexspline
-    t23 = p_d_3 * t20
+    t42 = t30 * t39
     # solve: L D L^T
-    t25 = 1.0 / p_J_1
-    t26 = p_c_1 * t25
-    t28 = 1.0 / p_J_2
-    t33 = 1.0 / p_J_3
-    t39 = 1.0 / p_J_4
-    t40 = t22 * t39
-    out[0 * S + k] = -t26
-    out[1 * S + k] = t26
+    t43 = 1.0 / p_J_1
+    t44 = p_c_1 * t43
+    t46 = 1.0 / p_J_2
+    t51 = 1.0 / p_J_3
+    t56 = 1.0 / p_J_4
+    t57 = t41 * t56
+    out[0 * S + k] = -t44
+    out[1 * S + k] = t44
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = -(t25 * (p_d_1 + p_d_4))
-    out[5 * S + k] = p_d_1 * t25
+    out[4 * S + k] = -(t43 * (p_d_1 + p_d_4))
+    out[5 * S + k] = p_d_1 * t43
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
-    out[8 * S + k] = p_c_1 * t28
-    out[9 * S + k] = -(t28 * (p_c_1 + p_c_2))
-    out[10 * S + k] = p_c_2 * t28
+    out[8 * S + k] = p_c_1 * t46
+    out[9 * S + k] = -(t46 * (p_c_1 + p_c_2))
+    out[10 * S + k] = p_c_2 * t46
     out[11 * S + k] = 0.0
-    out[12 * S + k] = p_d_1 * t28
-    out[13 * S + k] = -(t28 * (p_d_5 + (p_d_1 + p_d_2)))
-    out[14 * S + k] = p_d_2 * t28
+    out[12 * S + k] = p_d_1 * t46
+    out[13 * S + k] = -(t46 * (p_d_5 + (p_d_1 + p_d_2)))
+    out[14 * S + k] = p_d_2 * t46
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
-    out[17 * S + k] = p_c_2 * t33
-    out[18 * S + k] = -(t33 * (p_c_2 + t22))
-    out[19 * S + k] = t22 * t33
+    out[17 * S + k] = p_c_2 * t51
+    out[18 * S + k] = t51 * (t41 - p_c_2)
+    out[19 * S + k] = -(t41 * t51)
     out[20 * S + k] = 0.0
-    out[21 * S + k] = p_d_2 * t33
-    out[22 * S + k] = -(t33 * (t23 + (p_d_2 + p_d_6)))
-    out[23 * S + k] = t23 * t33
+    out[21 * S + k] = p_d_2 * t51
+    out[22 * S + k] = t51 * (t42 - p_d_2 - p_d_6)
+    out[23 * S + k] = -(t42 * t51)
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = t40
-    out[27 * S + k] = -t40
+    out[26 * S + k] = -t57
+    out[27 * S + k] = t57
     out[28 * S + k] = 0.0
     out[29 * S + k] = 0.0
-    out[30 * S + k] = t23 * t39
-    out[31 * S + k] = -(t39 * (p_d_7 + t23))
+    out[30 * S + k] = -(t42 * t56)
+    out[31 * S + k] = t56 * (t42 - p_d_7)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3547,7 +3775,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3564,7 +3792,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3572,29 +3800,26 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 65:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 65 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3609,8 +3834,8 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
+    out = np.empty(count * 32)
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3628,7 +3853,9 @@ def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3643,8 +3870,11 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3663,12 +3893,13 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3681,17 +3912,17 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian(x, u, out, k, S):
+def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     q_3 = x[2 * S + k]
     q_4 = x[3 * S + k]
     # linear spring at axis1.flexspline
@@ -3789,7 +4020,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(81)
-    _state_derivative_state_jacobian(x, u, out, 0, 1)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((9, 9))
 
 
@@ -3802,7 +4033,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 81:
         raise ValueError("out must have 81 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3810,26 +4041,25 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 91:
         raise ValueError("state_derivative_state_jacobian_packed takes 91 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+    _state_derivative_state_jacobian(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(2592)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(81):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(2912)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:2912]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 81, 8):
+                _scatter(out, 81, min(i, 73), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3840,8 +4070,8 @@ def state_derivative_state_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 81))
-    _state_derivative_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 81)
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 9, 9))
 
 
@@ -3855,7 +4085,9 @@ def state_derivative_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 9, 9):
         raise ValueError("out must have the shape (states, 9, 9)")
-    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 81)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3866,8 +4098,10 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 81))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 81)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 9))
@@ -3882,11 +4116,12 @@ def state_derivative_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((81, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(2592)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(2912)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:2912]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3895,19 +4130,21 @@ def state_derivative_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(81):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((9, 9, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     q_3 = x[2 * S + k]
     q_4 = x[3 * S + k]
+    qd_3 = x[6 * S + k]
+    qd_4 = x[7 * S + k]
     p_R = p[0]
     p_L = p[1]
     p_K_T = p[2]
@@ -3928,20 +4165,25 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     p_c_3 = p[19]
     p_S = p[20]
     # linear spring at axis1.flexspline
-    t22 = _step(abs(q_3 - q_4) - p_S)
+    t22 = q_3 - q_4
+    t26 = _step(abs(t22) - p_S)
+    t29 = t26 * (t22 - p_S * _sign(t22))
+    t32 = p_d_3 * t26
+    t38 = _step(-(t29 * (p_c_3 * t29 + (qd_3 - qd_4) * t32)))
+    t40 = _step(p_S) * t38 - 1.0
     # derivative: linear spring at axis1.flexspline
-    t23 = p_c_3 * t22
+    t42 = t40 * (p_c_3 * t26)
     # derivative: viscous friction at axis1.flexspline
-    t24 = p_d_3 * t22
+    t43 = t32 * t40
     # solve: L D L^T
-    t26 = 1.0 / p_J_1
-    t27 = p_c_1 * t26
-    t29 = 1.0 / p_J_2
-    t34 = 1.0 / p_J_3
-    t40 = 1.0 / p_J_4
-    t41 = t23 * t40
+    t44 = 1.0 / p_J_1
+    t45 = p_c_1 * t44
+    t47 = 1.0 / p_J_2
+    t52 = 1.0 / p_J_3
+    t57 = 1.0 / p_J_4
+    t58 = t42 * t57
     # derivative
-    t68 = 1.0 / p_L
+    t86 = 1.0 / p_L
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -3978,51 +4220,51 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[33 * S + k] = 0.0
     out[34 * S + k] = 1.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = -t27
-    out[37 * S + k] = t27
+    out[36 * S + k] = -t45
+    out[37 * S + k] = t45
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
-    out[40 * S + k] = -(t26 * (p_d_1 + p_d_4))
-    out[41 * S + k] = p_d_1 * t26
+    out[40 * S + k] = -(t44 * (p_d_1 + p_d_4))
+    out[41 * S + k] = p_d_1 * t44
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
     out[44 * S + k] = 0.0
-    out[45 * S + k] = p_c_1 * t29
-    out[46 * S + k] = -(t29 * (p_c_1 + p_c_2))
-    out[47 * S + k] = p_c_2 * t29
+    out[45 * S + k] = p_c_1 * t47
+    out[46 * S + k] = -(t47 * (p_c_1 + p_c_2))
+    out[47 * S + k] = p_c_2 * t47
     out[48 * S + k] = 0.0
-    out[49 * S + k] = p_d_1 * t29
-    out[50 * S + k] = -(t29 * (p_d_5 + (p_d_1 + p_d_2)))
-    out[51 * S + k] = p_d_2 * t29
+    out[49 * S + k] = p_d_1 * t47
+    out[50 * S + k] = -(t47 * (p_d_5 + (p_d_1 + p_d_2)))
+    out[51 * S + k] = p_d_2 * t47
     out[52 * S + k] = 0.0
-    out[53 * S + k] = p_K_T * t29
+    out[53 * S + k] = p_K_T * t47
     out[54 * S + k] = 0.0
-    out[55 * S + k] = p_c_2 * t34
-    out[56 * S + k] = -(t34 * (p_c_2 + t23))
-    out[57 * S + k] = t23 * t34
+    out[55 * S + k] = p_c_2 * t52
+    out[56 * S + k] = t52 * (t42 - p_c_2)
+    out[57 * S + k] = -(t42 * t52)
     out[58 * S + k] = 0.0
-    out[59 * S + k] = p_d_2 * t34
-    out[60 * S + k] = -(t34 * (t24 + (p_d_2 + p_d_6)))
-    out[61 * S + k] = t24 * t34
+    out[59 * S + k] = p_d_2 * t52
+    out[60 * S + k] = t52 * (t43 - p_d_2 - p_d_6)
+    out[61 * S + k] = -(t43 * t52)
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
     out[64 * S + k] = 0.0
-    out[65 * S + k] = t41
-    out[66 * S + k] = -t41
+    out[65 * S + k] = -t58
+    out[66 * S + k] = t58
     out[67 * S + k] = 0.0
     out[68 * S + k] = 0.0
-    out[69 * S + k] = t24 * t40
-    out[70 * S + k] = -(t40 * (p_d_7 + t24))
+    out[69 * S + k] = -(t43 * t57)
+    out[70 * S + k] = t57 * (t43 - p_d_7)
     out[71 * S + k] = 0.0
     out[72 * S + k] = 0.0
     out[73 * S + k] = 0.0
     out[74 * S + k] = 0.0
     out[75 * S + k] = 0.0
     out[76 * S + k] = 0.0
-    out[77 * S + k] = -(p_K_E * t68)
+    out[77 * S + k] = -(p_K_E * t86)
     out[78 * S + k] = 0.0
     out[79 * S + k] = 0.0
-    out[80 * S + k] = -(p_R * t68)
+    out[80 * S + k] = -(p_R * t86)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4035,7 +4277,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(81)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((9, 9))
 
 
@@ -4050,7 +4292,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 81:
         raise ValueError("out must have 81 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4058,26 +4300,25 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 112:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 112 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _state_derivative_state_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(2592)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(81):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(2912)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:2912]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 81, 8):
+                _scatter(out, 81, min(i, 73), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4090,8 +4331,8 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 81))
-    _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 81)
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 9, 9))
 
 
@@ -4107,7 +4348,9 @@ def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 9, 9):
         raise ValueError("out must have the shape (states, 9, 9)")
-    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 81)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4120,8 +4363,10 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 81))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 81)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 9))
@@ -4138,11 +4383,12 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((81, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(2592)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(2912)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:2912]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4151,17 +4397,17 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(81):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((9, 9, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian(x, u, out, k, S):
+def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4181,7 +4427,7 @@ def state_derivative_input_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(9)
-    _state_derivative_input_jacobian(x, u, out, 0, 1)
+    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((9, 1))
 
 
@@ -4194,7 +4440,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4202,26 +4448,25 @@ def state_derivative_input_jacobian_packed(both):
     """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("state_derivative_input_jacobian_packed takes 19 numbers: x, u, result")
-    _state_derivative_input_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+    _state_derivative_input_jacobian(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(9):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _scatter(out, 9, min(i, 1), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4232,8 +4477,8 @@ def state_derivative_input_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    _state_derivative_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 9)
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 9, 1))
 
 
@@ -4247,7 +4492,9 @@ def state_derivative_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 9, 1):
         raise ValueError("out must have the shape (states, 9, 1)")
-    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 9)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4258,8 +4505,10 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 9)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 1))
@@ -4274,11 +4523,12 @@ def state_derivative_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((9, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4287,17 +4537,17 @@ def state_derivative_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(9):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((9, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     p_L = p[1]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -4320,7 +4570,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(9)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((9, 1))
 
 
@@ -4335,7 +4585,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4343,26 +4593,25 @@ def state_derivative_input_jacobian_p_packed(both):
     """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 40:
         raise ValueError("state_derivative_input_jacobian_p_packed takes 40 numbers: x, u, p, result")
-    _state_derivative_input_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _state_derivative_input_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(9):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _scatter(out, 9, min(i, 1), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4375,8 +4624,8 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 9)
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 9, 1))
 
 
@@ -4392,7 +4641,9 @@ def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 9, 1):
         raise ValueError("out must have the shape (states, 9, 1)")
-    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 9)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4405,8 +4656,10 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 9)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 1))
@@ -4423,11 +4676,12 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((9, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4436,17 +4690,17 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(9):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((9, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -4465,8 +4719,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     t25 = t21 * t23
     # derivative: linear spring at axis1.flexspline
     t26 = t23 * _sign(t21)
-    # derivative: viscous friction at axis1.flexspline
-    t33 = t23 * (qd_3 - qd_4)
+    t30 = t23 * (qd_3 - qd_4)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4521,7 +4774,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     out[51 * S + k] = 0.0
     out[52 * S + k] = 0.0
     out[53 * S + k] = qd_3 - qd_2
-    out[54 * S + k] = t33
+    out[54 * S + k] = t30
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
     out[57 * S + k] = qd_3
@@ -4542,7 +4795,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     out[72 * S + k] = qdd_4
     out[73 * S + k] = 0.0
     out[74 * S + k] = 0.0
-    out[75 * S + k] = -t33
+    out[75 * S + k] = -t30
     out[76 * S + k] = 0.0
     out[77 * S + k] = 0.0
     out[78 * S + k] = 0.0
@@ -4563,7 +4816,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
     out = np.empty(84)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((4, 21))
 
 
@@ -4578,7 +4831,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 84:
         raise ValueError("out must have 84 entries")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4586,29 +4839,26 @@ def inverse_dynamics_parameter_jacobian_packed(both):
     """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 96:
         raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 96 numbers: q, qd, qdd, result")
-    _inverse_dynamics_parameter_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _inverse_dynamics_parameter_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(2688)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(84):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(3072)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3072]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 84, 8):
+                _scatter(out, 84, min(i, 76), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4621,8 +4871,8 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 84))
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 84)
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 21))
 
 
@@ -4638,7 +4888,9 @@ def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 4, 21):
         raise ValueError("out must have the shape (states, 4, 21)")
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 84)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4651,8 +4903,11 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 84))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 84)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 21))
@@ -4669,12 +4924,13 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((84, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(2688)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(3072)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3072]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4687,17 +4943,17 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(84):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 21, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -4710,17 +4966,22 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     qdd_2 = qdd[1 * S + k]
     qdd_3 = qdd[2 * S + k]
     qdd_4 = qdd[3 * S + k]
+    p_d_3 = p[12]
     p_c_3 = p[19]
     p_S = p[20]
     # linear spring at axis1.flexspline
-    t23 = q_3 - q_4
-    t26 = _step(abs(t23) - p_S)
-    t27 = _sign(t23)
-    t30 = t26 * (t23 - p_S * t27)
+    t24 = q_3 - q_4
+    t27 = _step(abs(t24) - p_S)
+    t28 = _sign(t24)
+    t31 = t27 * (t24 - p_S * t28)
+    t34 = t27 * (qd_3 - qd_4)
+    t41 = _step(p_S) * _step(-(t31 * (p_c_3 * t31 + p_d_3 * t34)))
+    t43 = t41 - 1.0
     # derivative: linear spring at axis1.flexspline
-    t32 = t27 * (p_c_3 * t26)
+    t44 = t31 * t43
+    t48 = t43 * (t28 * (p_c_3 * t27))
     # derivative: viscous friction at axis1.flexspline
-    t36 = t26 * (qd_3 - qd_4)
+    t50 = t34 * t43
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4775,15 +5036,15 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[51 * S + k] = 0.0
     out[52 * S + k] = 0.0
     out[53 * S + k] = qd_3 - qd_2
-    out[54 * S + k] = t36
+    out[54 * S + k] = -t50
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
     out[57 * S + k] = qd_3
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
     out[60 * S + k] = q_3 - q_2
-    out[61 * S + k] = t30
-    out[62 * S + k] = -t32
+    out[61 * S + k] = -t44
+    out[62 * S + k] = t48
     out[63 * S + k] = 0.0
     out[64 * S + k] = 0.0
     out[65 * S + k] = 0.0
@@ -4796,15 +5057,15 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     out[72 * S + k] = qdd_4
     out[73 * S + k] = 0.0
     out[74 * S + k] = 0.0
-    out[75 * S + k] = -t36
+    out[75 * S + k] = t50
     out[76 * S + k] = 0.0
     out[77 * S + k] = 0.0
     out[78 * S + k] = 0.0
     out[79 * S + k] = qd_4
     out[80 * S + k] = 0.0
     out[81 * S + k] = 0.0
-    out[82 * S + k] = -t30
-    out[83 * S + k] = t32
+    out[82 * S + k] = t44
+    out[83 * S + k] = -t48
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4819,7 +5080,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(84)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((4, 21))
 
 
@@ -4836,7 +5097,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 84:
         raise ValueError("out must have 84 entries")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4844,29 +5105,26 @@ def inverse_dynamics_parameter_jacobian_p_packed(both):
     """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 117:
         raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 117 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_parameter_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:33], both[33:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(2688)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(84):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(3072)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3072]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 84, 8):
+                _scatter(out, 84, min(i, 76), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4881,8 +5139,8 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 84))
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 84)
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 21))
 
 
@@ -4900,7 +5158,9 @@ def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 21):
         raise ValueError("out must have the shape (states, 4, 21)")
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 84)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4915,8 +5175,11 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 84))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 84)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 21))
@@ -4935,12 +5198,13 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((84, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(2688)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(3072)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3072]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4953,17 +5217,17 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(84):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 21, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian(x, u, out, k, S):
+def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     q_3 = x[2 * S + k]
@@ -4986,7 +5250,6 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t14 = q_3 - q_4
     t16 = _step(abs(t14))
     t18 = t14 * t16
-    # viscous friction at axis1.flexspline
     t20 = t16 * (qd_3 - qd_4)
     # Coulomb friction at axis1.motor
     t21 = _sign(qd_2)
@@ -5198,7 +5461,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(189)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((9, 21))
 
 
@@ -5211,7 +5474,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 189:
         raise ValueError("out must have 189 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5219,26 +5482,25 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 199:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 199 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+    _state_derivative_parameter_jacobian(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(6048)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(189):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(6368)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:6368]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 189, 8):
+                _scatter(out, 189, min(i, 181), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5249,8 +5511,8 @@ def state_derivative_parameter_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 189))
-    _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 189)
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 9, 21))
 
 
@@ -5264,7 +5526,9 @@ def state_derivative_parameter_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 9, 21):
         raise ValueError("out must have the shape (states, 9, 21)")
-    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 189)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5275,8 +5539,10 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 189))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 189)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 21))
@@ -5291,11 +5557,12 @@ def state_derivative_parameter_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((189, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(6048)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(6368)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:6368]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5304,17 +5571,17 @@ def state_derivative_parameter_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(189):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((9, 21, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     q_3 = x[2 * S + k]
@@ -5358,9 +5625,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     t39 = _step(abs(t36) - p_S)
     t40 = _sign(t36)
     t43 = t39 * (t36 - p_S * t40)
-    linear_spring_axis1_flexspline_3 = p_c_3 * t43
-    # derivative: viscous friction at axis1.flexspline
     t46 = t39 * (qd_3 - qd_4)
+    t48 = p_c_3 * t43 + p_d_3 * t46
+    t55 = _step(p_S) * _step(-(t43 * t48)) - 1.0
     # viscous friction at axis1.tachometer
     viscous_friction_axis1_tachometer_1 = qd_1 * p_d_4
     # viscous friction at axis1.motor
@@ -5370,25 +5637,28 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     # viscous friction at axis1
     viscous_friction_axis1_4 = qd_4 * p_d_7
     # Coulomb friction at axis1.motor
-    t52 = _sign(qd_2)
-    coulomb_friction_axis1_motor_2 = p_T_f * t52
+    t60 = _sign(qd_2)
+    coulomb_friction_axis1_motor_2 = p_T_f * t60
     # effort less bias force
-    t54 = p_c_1 * t28 + p_d_1 * t30
-    t56 = p_c_2 * t32 + p_d_2 * t34
-    t57 = linear_spring_axis1_flexspline_3 + p_d_3 * t46
-    t59 = t57 + (viscous_friction_axis1_harmonic_drive_3 - t56)
+    t62 = p_c_1 * t28 + p_d_1 * t30
+    t64 = p_c_2 * t32 + p_d_2 * t34
+    t65 = t48 * t55
+    t67 = viscous_friction_axis1_harmonic_drive_3 - t64 - t65
     # solve: L D L^T
-    t62 = 1.0 / p_J_1
-    t63 = 1.0 / p_J_2
-    t64 = 1.0 / p_J_3
-    t65 = 1.0 / p_J_4
+    t69 = 1.0 / p_J_1
+    t70 = 1.0 / p_J_2
+    t71 = 1.0 / p_J_3
+    t72 = 1.0 / p_J_4
     # derivative: linear spring at axis1.flexspline
-    t67 = t40 * (p_c_3 * t39)
+    t73 = t43 * t55
+    t76 = t55 * (t40 * (p_c_3 * t39))
+    # derivative: viscous friction at axis1.flexspline
+    t77 = t46 * t55
     # solve: L D L^T
-    t72 = (viscous_friction_axis1_tachometer_1 + t54) * (t62 * t62)
+    t82 = (viscous_friction_axis1_tachometer_1 + t62) * (t69 * t69)
     # effort less bias force
-    t75 = coulomb_friction_axis1_motor_2 + (viscous_friction_axis1_motor_2 - z_1 * p_K_T)
-    t118 = 1.0 / p_L
+    t85 = coulomb_friction_axis1_motor_2 + (viscous_friction_axis1_motor_2 - z_1 * p_K_T)
+    t128 = 1.0 / p_L
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5479,40 +5749,40 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[87 * S + k] = 0.0
     out[88 * S + k] = 0.0
     out[89 * S + k] = 0.0
-    out[90 * S + k] = t72
+    out[90 * S + k] = t82
     out[91 * S + k] = 0.0
     out[92 * S + k] = 0.0
     out[93 * S + k] = 0.0
-    out[94 * S + k] = -(t30 * t62)
+    out[94 * S + k] = -(t30 * t69)
     out[95 * S + k] = 0.0
     out[96 * S + k] = 0.0
-    out[97 * S + k] = -(qd_1 * t62)
+    out[97 * S + k] = -(qd_1 * t69)
     out[98 * S + k] = 0.0
     out[99 * S + k] = 0.0
     out[100 * S + k] = 0.0
-    out[101 * S + k] = -(t28 * t62)
+    out[101 * S + k] = -(t28 * t69)
     out[102 * S + k] = 0.0
     out[103 * S + k] = 0.0
     out[104 * S + k] = 0.0
     out[105 * S + k] = 0.0
     out[106 * S + k] = 0.0
-    out[107 * S + k] = z_1 * t63
+    out[107 * S + k] = z_1 * t70
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = -(t52 * t63)
+    out[110 * S + k] = -(t60 * t70)
     out[111 * S + k] = 0.0
-    out[112 * S + k] = t63 * t63 * (t56 + (t75 - t54))
+    out[112 * S + k] = t70 * t70 * (t64 + (t85 - t62))
     out[113 * S + k] = 0.0
     out[114 * S + k] = 0.0
-    out[115 * S + k] = t30 * t63
-    out[116 * S + k] = -(t34 * t63)
+    out[115 * S + k] = t30 * t70
+    out[116 * S + k] = -(t34 * t70)
     out[117 * S + k] = 0.0
     out[118 * S + k] = 0.0
-    out[119 * S + k] = -(qd_2 * t63)
+    out[119 * S + k] = -(qd_2 * t70)
     out[120 * S + k] = 0.0
     out[121 * S + k] = 0.0
-    out[122 * S + k] = t28 * t63
-    out[123 * S + k] = -(t32 * t63)
+    out[122 * S + k] = t28 * t70
+    out[123 * S + k] = -(t32 * t70)
     out[124 * S + k] = 0.0
     out[125 * S + k] = 0.0
     out[126 * S + k] = 0.0
@@ -5523,19 +5793,19 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
-    out[134 * S + k] = t59 * (t64 * t64)
+    out[134 * S + k] = t67 * (t71 * t71)
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = t34 * t64
-    out[138 * S + k] = -(t46 * t64)
+    out[137 * S + k] = t34 * t71
+    out[138 * S + k] = t71 * t77
     out[139 * S + k] = 0.0
     out[140 * S + k] = 0.0
-    out[141 * S + k] = -(qd_3 * t64)
+    out[141 * S + k] = -(qd_3 * t71)
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
-    out[144 * S + k] = t32 * t64
-    out[145 * S + k] = -(t43 * t64)
-    out[146 * S + k] = t64 * t67
+    out[144 * S + k] = t32 * t71
+    out[145 * S + k] = t71 * t73
+    out[146 * S + k] = -(t71 * t76)
     out[147 * S + k] = 0.0
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
@@ -5545,22 +5815,22 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = (viscous_friction_axis1_4 - t57) * (t65 * t65)
+    out[156 * S + k] = (viscous_friction_axis1_4 + t65) * (t72 * t72)
     out[157 * S + k] = 0.0
     out[158 * S + k] = 0.0
-    out[159 * S + k] = t46 * t65
+    out[159 * S + k] = -(t72 * t77)
     out[160 * S + k] = 0.0
     out[161 * S + k] = 0.0
     out[162 * S + k] = 0.0
-    out[163 * S + k] = -(qd_4 * t65)
+    out[163 * S + k] = -(qd_4 * t72)
     out[164 * S + k] = 0.0
     out[165 * S + k] = 0.0
-    out[166 * S + k] = t43 * t65
-    out[167 * S + k] = -(t65 * t67)
-    out[168 * S + k] = -(z_1 * t118)
-    out[169 * S + k] = t118 * t118 * (z_1 * p_R + (qd_2 * p_K_E - u_1))
+    out[166 * S + k] = -(t72 * t73)
+    out[167 * S + k] = t72 * t76
+    out[168 * S + k] = -(z_1 * t128)
+    out[169 * S + k] = t128 * t128 * (z_1 * p_R + (qd_2 * p_K_E - u_1))
     out[170 * S + k] = 0.0
-    out[171 * S + k] = -(qd_2 * t118)
+    out[171 * S + k] = -(qd_2 * t128)
     out[172 * S + k] = 0.0
     out[173 * S + k] = 0.0
     out[174 * S + k] = 0.0
@@ -5590,7 +5860,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(189)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((9, 21))
 
 
@@ -5605,7 +5875,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 189:
         raise ValueError("out must have 189 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5613,26 +5883,25 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 220:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 220 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _state_derivative_parameter_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(6048)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(189):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(6368)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:6368]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 189, 8):
+                _scatter(out, 189, min(i, 181), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5645,8 +5914,8 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 189))
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 189)
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 9, 21))
 
 
@@ -5662,7 +5931,9 @@ def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 9, 21):
         raise ValueError("out must have the shape (states, 9, 21)")
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 189)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5675,8 +5946,10 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 189))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 189)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 21))
@@ -5693,11 +5966,12 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((189, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(6048)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(6368)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:6368]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5706,17 +5980,17 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(189):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((9, 21, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _output(x, u, out, k, S):
+def _output(x, u, out, k, S, turns):
     qd_1 = x[4 * S + k]
     out[0 * S + k] = qd_1 * 0.029
 
@@ -5729,7 +6003,7 @@ def output(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(1)
-    _output(x, u, out, 0, 1)
+    _output(x, u, out, 0, 1, _together)
     return out
 
 
@@ -5742,7 +6016,7 @@ def output_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _output(x, u, out, 0, 1)
+    _output(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5750,26 +6024,24 @@ def output_packed(both):
     """output of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("output_packed takes 11 numbers: x, u, result")
-    _output(both[0:9], both[9:10], both[10:], 0, 1)
+    _output(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _output_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _output(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5780,9 +6052,9 @@ def output_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    _output_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _output_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5795,7 +6067,9 @@ def output_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _output_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5806,11 +6080,13 @@ def output_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _output_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5822,11 +6098,12 @@ def output_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((1, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5835,17 +6112,17 @@ def output_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _output(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _output(x_, u_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _output_p(x, u, p, out, k, S):
+def _output_p(x, u, p, out, k, S, turns):
     qd_1 = x[4 * S + k]
     p_K_Et = p[4]
     out[0 * S + k] = qd_1 * p_K_Et
@@ -5861,7 +6138,7 @@ def output_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(1)
-    _output_p(x, u, p, out, 0, 1)
+    _output_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -5876,7 +6153,7 @@ def output_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _output_p(x, u, p, out, 0, 1)
+    _output_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5884,26 +6161,24 @@ def output_p_packed(both):
     """output_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 32:
         raise ValueError("output_p_packed takes 32 numbers: x, u, p, result")
-    _output_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _output_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _output_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _output_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5916,9 +6191,9 @@ def output_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    _output_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 1)
+    _output_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5933,7 +6208,9 @@ def output_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 1):
         raise ValueError("out must have the shape (states, 1)")
-    _output_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5946,11 +6223,13 @@ def output_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _output_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 1))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5964,11 +6243,12 @@ def output_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((1, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5977,17 +6257,17 @@ def output_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _output_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _output_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _output_state_jacobian(x, u, out, k, S):
+def _output_state_jacobian(x, u, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -6007,7 +6287,7 @@ def output_state_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(9)
-    _output_state_jacobian(x, u, out, 0, 1)
+    _output_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((1, 9))
 
 
@@ -6020,7 +6300,7 @@ def output_state_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
-    _output_state_jacobian(x, u, out.ravel(), 0, 1)
+    _output_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6028,26 +6308,25 @@ def output_state_jacobian_packed(both):
     """output_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("output_state_jacobian_packed takes 19 numbers: x, u, result")
-    _output_state_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+    _output_state_jacobian(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _output_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _output_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(9):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _scatter(out, 9, min(i, 1), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6058,8 +6337,8 @@ def output_state_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    _output_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 9)
+    _output_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 9))
 
 
@@ -6073,7 +6352,9 @@ def output_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 1, 9):
         raise ValueError("out must have the shape (states, 1, 9)")
-    _output_state_jacobian_rows(x, u, out.reshape((count, 9)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6084,8 +6365,10 @@ def output_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 9)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _output_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 9))
@@ -6100,11 +6383,12 @@ def output_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((9, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -6113,17 +6397,17 @@ def output_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _output_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _output_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(9):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 9, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _output_state_jacobian_p(x, u, p, out, k, S):
+def _output_state_jacobian_p(x, u, p, out, k, S, turns):
     p_K_Et = p[4]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -6146,7 +6430,7 @@ def output_state_jacobian_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(9)
-    _output_state_jacobian_p(x, u, p, out, 0, 1)
+    _output_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((1, 9))
 
 
@@ -6161,7 +6445,7 @@ def output_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
-    _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6169,26 +6453,25 @@ def output_state_jacobian_p_packed(both):
     """output_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 40:
         raise ValueError("output_state_jacobian_p_packed takes 40 numbers: x, u, p, result")
-    _output_state_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _output_state_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _output_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _output_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(9):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _scatter(out, 9, min(i, 1), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6201,8 +6484,8 @@ def output_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    _output_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 9)
+    _output_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 9))
 
 
@@ -6218,7 +6501,9 @@ def output_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 1, 9):
         raise ValueError("out must have the shape (states, 1, 9)")
-    _output_state_jacobian_p_rows(x, u, p, out.reshape((count, 9)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6231,8 +6516,10 @@ def output_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 9))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 9)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _output_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 9))
@@ -6249,11 +6536,12 @@ def output_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((9, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(288)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(608)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:608]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -6262,17 +6550,17 @@ def output_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _output_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _output_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(9):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 9, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _output_input_jacobian(x, u, out, k, S):
+def _output_input_jacobian(x, u, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -6284,7 +6572,7 @@ def output_input_jacobian(x, u):
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
     out = np.empty(1)
-    _output_input_jacobian(x, u, out, 0, 1)
+    _output_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -6297,7 +6585,7 @@ def output_input_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _output_input_jacobian(x, u, out.ravel(), 0, 1)
+    _output_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6305,26 +6593,24 @@ def output_input_jacobian_packed(both):
     """output_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 11:
         raise ValueError("output_input_jacobian_packed takes 11 numbers: x, u, result")
-    _output_input_jacobian(both[0:9], both[9:10], both[10:], 0, 1)
+    _output_input_jacobian(both[0:9], both[9:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _output_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _output_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6335,8 +6621,8 @@ def output_input_jacobian_batch(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    _output_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 1)
+    _output_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -6350,7 +6636,9 @@ def output_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _output_input_jacobian_rows(x, u, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6361,8 +6649,10 @@ def output_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 1 columns")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _output_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -6377,11 +6667,12 @@ def output_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 1 rows")
     count = x.shape[1]
     out = np.empty((1, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -6390,17 +6681,17 @@ def output_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _output_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _output_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _output_input_jacobian_p(x, u, p, out, k, S):
+def _output_input_jacobian_p(x, u, p, out, k, S, turns):
     out[0 * S + k] = 0.0
 
 
@@ -6414,7 +6705,7 @@ def output_input_jacobian_p(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(1)
-    _output_input_jacobian_p(x, u, p, out, 0, 1)
+    _output_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((1, 1))
 
 
@@ -6429,7 +6720,7 @@ def output_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
-    _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6437,26 +6728,24 @@ def output_input_jacobian_p_packed(both):
     """output_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 32:
         raise ValueError("output_input_jacobian_p_packed takes 32 numbers: x, u, p, result")
-    _output_input_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1)
+    _output_input_jacobian_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _output_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(9):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(1):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _output_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(1):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6469,8 +6758,8 @@ def output_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    _output_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 1)
+    _output_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 1, 1))
 
 
@@ -6486,7 +6775,9 @@ def output_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 1, 1):
         raise ValueError("out must have the shape (states, 1, 1)")
-    _output_input_jacobian_p_rows(x, u, p, out.reshape((count, 1)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6499,8 +6790,10 @@ def output_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = x.shape[0]
-    out = np.empty((count, 1))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _output_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
@@ -6517,11 +6810,12 @@ def output_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 21 entries")
     count = x.shape[1]
     out = np.empty((1, count))
-    x_ = np.zeros(288)
-    u_ = np.zeros(32)
-    block = np.empty(32)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(9):
             line = x[i, start:start + here]
             for j in range(here):
@@ -6530,21 +6824,19 @@ def output_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _output_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _output_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(1):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((1, 1, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics(q, out, k, S):
+def _forward_kinematics(q, out, k, S, turns):
     q_4 = q[3 * S + k]
-    # link 1 (axis1): rotation
-    c_1 = _cos(q_4)
-    s_1 = _sin(q_4)
+    s_1, c_1 = turns((q_4,))
     out[0 * S + k] = c_1
     out[1 * S + k] = -s_1
     out[2 * S + k] = 0.0
@@ -6569,7 +6861,7 @@ def forward_kinematics(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1)
+    _forward_kinematics(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -6580,7 +6872,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics(q, out.ravel(), 0, 1)
+    _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6588,23 +6880,22 @@ def forward_kinematics_packed(both):
     """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("forward_kinematics_packed takes 20 numbers: q, result")
-    _forward_kinematics(both[0:4], both[4:], 0, 1)
+    _forward_kinematics(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6613,8 +6904,8 @@ def forward_kinematics_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -6626,7 +6917,9 @@ def forward_kinematics_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6635,8 +6928,9 @@ def forward_kinematics_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -6649,29 +6943,28 @@ def forward_kinematics_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics_p(q, p, out, k, S):
+def _forward_kinematics_p(q, p, out, k, S, turns):
     q_4 = q[3 * S + k]
-    # link 1 (axis1): rotation
-    c_1 = _cos(q_4)
-    s_1 = _sin(q_4)
+    s_1, c_1 = turns((q_4,))
     out[0 * S + k] = c_1
     out[1 * S + k] = -s_1
     out[2 * S + k] = 0.0
@@ -6698,7 +6991,7 @@ def forward_kinematics_p(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1)
+    _forward_kinematics_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -6711,7 +7004,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6719,23 +7012,22 @@ def forward_kinematics_p_packed(both):
     """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 41:
         raise ValueError("forward_kinematics_p_packed takes 41 numbers: q, p, result")
-    _forward_kinematics_p(both[0:4], both[4:25], both[25:], 0, 1)
+    _forward_kinematics_p(both[0:4], both[4:25], both[25:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6746,8 +7038,8 @@ def forward_kinematics_p_batch(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -6761,7 +7053,9 @@ def forward_kinematics_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6772,8 +7066,9 @@ def forward_kinematics_p_batch_parallel(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -6788,25 +7083,26 @@ def forward_kinematics_p_soa(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian(q, out, k, S):
+def _jacobian(q, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -6839,7 +7135,7 @@ def jacobian(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(24)
-    _jacobian(q, out, 0, 1)
+    _jacobian(q, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -6850,7 +7146,7 @@ def jacobian_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian(q, out.ravel(), 0, 1)
+    _jacobian(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6858,23 +7154,22 @@ def jacobian_packed(both):
     """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 28:
         raise ValueError("jacobian_packed takes 28 numbers: q, result")
-    _jacobian(both[0:4], both[4:], 0, 1)
+    _jacobian(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6883,8 +7178,8 @@ def jacobian_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_rows(q, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -6896,7 +7191,9 @@ def jacobian_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_rows(q, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6905,8 +7202,9 @@ def jacobian_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -6919,25 +7217,26 @@ def jacobian_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_p(q, p, out, k, S):
+def _jacobian_p(q, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -6972,7 +7271,7 @@ def jacobian_p(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(24)
-    _jacobian_p(q, p, out, 0, 1)
+    _jacobian_p(q, p, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -6985,7 +7284,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian_p(q, p, out.ravel(), 0, 1)
+    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6993,23 +7292,22 @@ def jacobian_p_packed(both):
     """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 49:
         raise ValueError("jacobian_p_packed takes 49 numbers: q, p, result")
-    _jacobian_p(both[0:4], both[4:25], both[25:], 0, 1)
+    _jacobian_p(both[0:4], both[4:25], both[25:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7020,8 +7318,8 @@ def jacobian_p_batch(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7035,7 +7333,9 @@ def jacobian_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_p_rows(q, p, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7046,8 +7346,9 @@ def jacobian_p_batch_parallel(q, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7062,25 +7363,26 @@ def jacobian_p_soa(q, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate(q, qd, out, k, S):
+def _jacobian_rate(q, qd, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -7115,7 +7417,7 @@ def jacobian_rate(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(24)
-    _jacobian_rate(q, qd, out, 0, 1)
+    _jacobian_rate(q, qd, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -7128,7 +7430,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7136,26 +7438,24 @@ def jacobian_rate_packed(both):
     """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 32:
         raise ValueError("jacobian_rate_packed takes 32 numbers: q, qd, result")
-    _jacobian_rate(both[0:4], both[4:8], both[8:], 0, 1)
+    _jacobian_rate(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7166,8 +7466,8 @@ def jacobian_rate_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_rate_rows(q, qd, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7181,7 +7481,9 @@ def jacobian_rate_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_rate_rows(q, qd, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7192,8 +7494,10 @@ def jacobian_rate_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7208,11 +7512,12 @@ def jacobian_rate_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7221,17 +7526,17 @@ def jacobian_rate_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate_p(q, qd, p, out, k, S):
+def _jacobian_rate_p(q, qd, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -7268,7 +7573,7 @@ def jacobian_rate_p(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(24)
-    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -7283,7 +7588,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7291,26 +7596,24 @@ def jacobian_rate_p_packed(both):
     """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 53:
         raise ValueError("jacobian_rate_p_packed takes 53 numbers: q, qd, p, result")
-    _jacobian_rate_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+    _jacobian_rate_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7323,8 +7626,8 @@ def jacobian_rate_p_batch(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7340,7 +7643,9 @@ def jacobian_rate_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7353,8 +7658,10 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7371,11 +7678,12 @@ def jacobian_rate_p_soa(q, qd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7384,17 +7692,17 @@ def jacobian_rate_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix(q, qd, out, k, S):
+def _coriolis_matrix(q, qd, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -7421,7 +7729,7 @@ def coriolis_matrix(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(16)
-    _coriolis_matrix(q, qd, out, 0, 1)
+    _coriolis_matrix(q, qd, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -7434,7 +7742,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7442,26 +7750,24 @@ def coriolis_matrix_packed(both):
     """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 24:
         raise ValueError("coriolis_matrix_packed takes 24 numbers: q, qd, result")
-    _coriolis_matrix(both[0:4], both[4:8], both[8:], 0, 1)
+    _coriolis_matrix(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7472,8 +7778,8 @@ def coriolis_matrix_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _coriolis_matrix_rows(q, qd, out, 0, count)
+    out = np.empty(count * 16)
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -7487,7 +7793,9 @@ def coriolis_matrix_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _coriolis_matrix_rows(q, qd, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7498,8 +7806,10 @@ def coriolis_matrix_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -7514,11 +7824,12 @@ def coriolis_matrix_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7527,17 +7838,17 @@ def coriolis_matrix_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix_p(q, qd, p, out, k, S):
+def _coriolis_matrix_p(q, qd, p, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -7566,7 +7877,7 @@ def coriolis_matrix_p(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(16)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -7581,7 +7892,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7589,26 +7900,24 @@ def coriolis_matrix_p_packed(both):
     """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 45:
         raise ValueError("coriolis_matrix_p_packed takes 45 numbers: q, qd, p, result")
-    _coriolis_matrix_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1)
+    _coriolis_matrix_p(both[0:4], both[4:8], both[8:29], both[29:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7621,8 +7930,8 @@ def coriolis_matrix_p_batch(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 16)
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -7638,7 +7947,9 @@ def coriolis_matrix_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7651,8 +7962,10 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -7669,11 +7982,12 @@ def coriolis_matrix_p_soa(q, qd, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7682,17 +7996,17 @@ def coriolis_matrix_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort(q, wrench, out, k, S):
+def _wrench_effort(q, wrench, out, k, S, turns):
     w_6 = wrench[5 * S + k]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -7708,7 +8022,7 @@ def wrench_effort(q, wrench):
     if wrench.shape[0] != 6:
         raise ValueError("wrench must have 6 entries")
     out = np.empty(4)
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
     return out
 
 
@@ -7721,7 +8035,7 @@ def wrench_effort_into(q, wrench, out):
         raise ValueError("wrench must have 6 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7729,26 +8043,23 @@ def wrench_effort_packed(both):
     """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("wrench_effort_packed takes 14 numbers: q, wrench, result")
-    _wrench_effort(both[0:4], both[4:10], both[10:], 0, 1)
+    _wrench_effort(both[0:4], both[4:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_rows(q, wrench, out, first, last):
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7759,9 +8070,9 @@ def wrench_effort_batch(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _wrench_effort_rows(q, wrench, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7774,7 +8085,9 @@ def wrench_effort_batch_into(q, wrench, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _wrench_effort_rows(q, wrench, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7785,11 +8098,13 @@ def wrench_effort_batch_parallel(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7801,11 +8116,12 @@ def wrench_effort_soa(q, wrench):
         raise ValueError("wrench must have as many columns as q, and 6 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7814,17 +8130,17 @@ def wrench_effort_soa(q, wrench):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort_p(q, wrench, p, out, k, S):
+def _wrench_effort_p(q, wrench, p, out, k, S, turns):
     w_6 = wrench[5 * S + k]
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
@@ -7842,7 +8158,7 @@ def wrench_effort_p(q, wrench, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     out = np.empty(4)
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
     return out
 
 
@@ -7857,7 +8173,7 @@ def wrench_effort_p_into(q, wrench, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7865,26 +8181,23 @@ def wrench_effort_p_packed(both):
     """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 35:
         raise ValueError("wrench_effort_p_packed takes 35 numbers: q, wrench, p, result")
-    _wrench_effort_p(both[0:4], both[4:10], both[10:31], both[31:], 0, 1)
+    _wrench_effort_p(both[0:4], both[4:10], both[10:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_p_rows(q, wrench, p, out, first, last):
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7897,9 +8210,9 @@ def wrench_effort_p_batch(q, wrench, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7914,7 +8227,9 @@ def wrench_effort_p_batch_into(q, wrench, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7927,11 +8242,13 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7945,11 +8262,12 @@ def wrench_effort_p_soa(q, wrench, p):
         raise ValueError("p must have 21 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7958,10 +8276,10 @@ def wrench_effort_p_soa(q, wrench, p):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out

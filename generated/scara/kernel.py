@@ -16,7 +16,9 @@ Batches are computed in blocks across states, in which the compiler can use vect
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import config, njit, prange, types
+from numba.core.cgutils import ir
+from numba.extending import intrinsic
 
 ROBOT = 'scara'
 COORDINATES = ('arm1', 'arm2', 'quill', 'flange')
@@ -34,43 +36,191 @@ PARAMETER_VALUES = np.array([9.81, 0.192, 0.4, 0.25, 0.067, 7.0, -0.2, 0.008, 0.
 
 
 FAST = {"contract"}  # a product and a sum may be rounded as one; nothing else is rearranged
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 
 
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _sincos(x):
-    """Sine and cosine without a branch, so that loops over states vectorise.
+SINE = (  # coefficients of fdlibm (Sun Microsystems 1993), for angles up to pi/4
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)
+COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)
+
+
+def _sincos(builder, x):
+    """Instructions of LLVM for sine and cosine of a double, or of every lane of a vector, without a branch.
 
     To 2.3e-16 for |x| up to 1e6; beyond, as exact as x itself is spaced; not a number from 1e15 on.
-    The argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980), polynomials are
-    those of fdlibm (Sun Microsystems 1993).
+    The angle is reduced by multiples of pi/2 in two parts (Cody and Waite 1980).
     """
-    n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0
-    r = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21
-    z = r * r
-    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06 + z * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))
-    s = r + r * z * (-1.66666666666666324348e-01 + z * s)
-    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (
-        2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)))
-    quarter = n - 4.0 * math.floor(0.25 * n)
-    odd = (quarter == 1.0) | (quarter == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quarter >= 2.0 else sine
-    cosine = -cosine if (quarter == 1.0) | (quarter == 2.0) else cosine
-    known = abs(x) < 1e15
-    return (sine if known else math.nan), (cosine if known else math.nan)
+    lanes = x.type.count if isinstance(x.type, ir.VectorType) else 0
+    integer = ir.VectorType(ir.IntType(64), lanes) if lanes else ir.IntType(64)
+
+    def number(value, kind=x.type):
+        return ir.Constant(kind, [value] * lanes if lanes else value)
+
+    def times(a, b):
+        return builder.fmul(a, b, flags=[*FAST])
+
+    def plus(a, b):
+        return builder.fadd(a, b, flags=[*FAST])
+
+    # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
+    rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
+    n = builder.fsub(rounded, number(6755399441055744.0))
+    r = plus(plus(x, times(n, number(-1.5707963267341256))), times(n, number(-6.077100506506192e-11)))
+    above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
+    r = builder.select(builder.and_(above, below), r, number(math.nan))
+    z = times(r, r)
+    s, c = number(SINE[-1]), number(COSINE[-1])
+    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    s = plus(times(times(r, z), s), r)
+    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
+    quarter = builder.bitcast(rounded, integer)
+    odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
+
+    def signed(value, quarters):  # negative in the third and fourth quarter
+        sign = builder.and_(builder.shl(quarters, number(62, integer)), number(-(2**63), integer))
+        return builder.bitcast(builder.xor(builder.bitcast(value, integer), sign), x.type)
+
+    sine = signed(builder.select(odd, c, s), quarter)
+    return sine, signed(builder.select(odd, s, c), builder.add(quarter, number(1, integer)))
+
+
+def _lane(i):
+    return ir.Constant(ir.IntType(32), i)
+
+
+def _sincos_in_vectors_of(most):
+    """An intrinsic: a tuple of angles to their sines and cosines, sine, cosine, sine, ..."""
+
+    def generate(context, builder, signature, arguments):
+        angles = [builder.extract_value(arguments[0], i) for i in range(signature.args[0].count)]
+        found = []
+        for some in [angles[i:i + most] for i in range(0, len(angles), most)]:
+            lanes = 2 ** (len(some) - 1).bit_length()
+            if lanes == 1:
+                found += _sincos(builder, some[0])
+                continue
+            x = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [0.0] * lanes)
+            for i, angle in enumerate(some):
+                x = builder.insert_element(x, angle, _lane(i))
+            both = _sincos(builder, x)
+            found += [builder.extract_element(vector, _lane(i)) for i in range(len(some)) for vector in both]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    @intrinsic
+    def sincos(context, angles):
+        count = len(angles)
+        return types.UniTuple(types.float64, 2 * count)(types.UniTuple(types.float64, count)), generate
+
+    return sincos
+
+
+def _apart(angles):
+    """Sines and cosines of a tuple of angles, each by itself: where a loop over states has the vectors."""
+    return tuple(function(x) for x in angles for function in (math.sin, math.cos))
+
+
+_together = _apart  # up to eight angles in one vector: where there is a single state
+if not config.DISABLE_JIT:
+    _apart, _together = _sincos_in_vectors_of(1), _sincos_in_vectors_of(8)
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _sin(x):
-    return _sincos(x)[0]
+    return _apart((x,))[0]
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _cos(x):
-    return _sincos(x)[1]
+    return _apart((x,))[1]
+
+
+def _gather(rows, width, entry, entries, row, last, lines, lane):
+    """A square of eight states to lines, one per entry: entry + i of state row + j to lane + j of line entry + i.
+
+    Behind the last state there are copies of it.
+    """
+    for j in range(8):
+        for i in range(entries):
+            lines[BLOCK * (entry + i) + lane + j] = rows[width * min(row + j, last) + entry + i]
+
+
+def _scatter(rows, width, entry, entries, row, last, lines, lane):
+    """The way back; copies of the last state are stored over each other."""
+    for j in range(8):
+        for i in range(entries):
+            rows[width * min(row + j, last) + entry + i] = lines[BLOCK * (entry + i) + lane + j]
+
+
+def _shuffled(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _transposed(builder, lines):
+    """An 8 x 8 matrix of eight vectors: off-diagonal quarters swapped, then the quarters of quarters."""
+    for half in (4, 2, 1):
+        left = [i - half + 8 if i & half else i for i in range(8)]
+        right = [i + 8 if i & half else i + half for i in range(8)]
+        lines = [
+            _shuffled(builder, lines[i & ~half], lines[i | half], right if i & half else left) for i in range(8)]
+    return lines
+
+
+def _square(move):
+    """An intrinsic with the arguments of _gather: ``move`` is given pointers to the rows and to the lines."""
+
+    @intrinsic(prefer_literal=True)
+    def moved(context, rows, width, entry, entries, row, last, lines, lane):
+        if not rows.dtype == lines.dtype == types.float64:
+            raise TypeError("batches are arrays of float64")
+        number = types.intp
+
+        def generate(context, builder, signature, arguments):
+            def constant(value):
+                return context.get_constant(number, value)
+
+            array, width, entry, _, row, last, scratch, lane = arguments
+
+            def pointers(kind, array, indices, lanes):
+                start = context.make_array(kind)(context, builder, array).data
+                vector = ir.VectorType(ir.DoubleType(), lanes).as_pointer()
+                return [builder.bitcast(builder.gep(start, [index]), vector) for index in indices]
+
+            states = [builder.add(row, constant(j)) for j in range(8)]
+            states = [builder.select(builder.icmp_signed("<", state, last), state, last) for state in states]
+            starts = [builder.add(builder.mul(state, width), entry) for state in states]
+            places = [builder.add(entry, constant(i)) for i in range(entries.literal_value)]
+            places = [builder.add(builder.mul(place, constant(BLOCK)), lane) for place in places]
+            move(
+                builder, pointers(rows, array, starts, len(places)), pointers(lines, scratch, places, 8))
+            return context.get_dummy_value()
+
+        # With the literal: instructions are found again by the signature.
+        return types.void(rows, number, number, entries, number, number, lines, number), generate
+
+    return moved
+
+
+def _from_rows(builder, rows, lines):
+    wide = [min(i, len(lines) - 1) for i in range(8)]
+    loaded = [builder.load(row, align=8) for row in rows]
+    for value, line in zip(_transposed(builder, [_shuffled(builder, x, x, wide) for x in loaded]), lines):
+        builder.store(value, line, align=8)
+
+
+def _to_rows(builder, rows, lines):
+    loaded = [builder.load(line, align=8) for line in lines]
+    for value, row in zip(_transposed(builder, loaded + loaded[:1] * (8 - len(lines))), rows):
+        builder.store(_shuffled(builder, value, value, list(range(len(lines)))), row, align=8)
+
+
+if not config.DISABLE_JIT:
+    _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -84,7 +234,7 @@ def _step(x):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics(q, qd, qdd, out, k, S):
+def _inverse_dynamics(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -92,9 +242,7 @@ def _inverse_dynamics(q, qd, qdd, out, k, S):
     qdd_2 = qdd[1 * S + k]
     qdd_3 = qdd[2 * S + k]
     qdd_4 = qdd[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 1 (arm1): Euler, inertial moment
@@ -156,7 +304,7 @@ def inverse_dynamics(q, qd, qdd):
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
     out = np.empty(4)
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
     return out
 
 
@@ -171,7 +319,7 @@ def inverse_dynamics_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -179,29 +327,25 @@ def inverse_dynamics_packed(both):
     """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("inverse_dynamics_packed takes 16 numbers: q, qd, qdd, result")
-    _inverse_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _inverse_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -214,9 +358,9 @@ def inverse_dynamics_batch(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -231,7 +375,9 @@ def inverse_dynamics_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -244,11 +390,14 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -262,12 +411,13 @@ def inverse_dynamics_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -280,17 +430,17 @@ def inverse_dynamics_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -311,6 +461,7 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
@@ -318,9 +469,6 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     J_2_x1 = p_arm2_mass * t21
     # link 1 (arm1): base parameters
     t24 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 1 (arm1): Euler, inertial moment
     t32 = p_arm1_dh_a * (t24 + p_arm1_dh_a * p_arm2_mass) + (p_arm1_inertia_zz + p_arm1_com_x * t24)
     N_1_z = qdd_1 * t32
@@ -377,7 +525,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(4)
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
     return out
 
 
@@ -394,7 +542,7 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -402,29 +550,25 @@ def inverse_dynamics_p_packed(both):
     """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 43:
         raise ValueError("inverse_dynamics_p_packed takes 43 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _inverse_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -439,9 +583,9 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -458,7 +602,9 @@ def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -473,11 +619,14 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -493,12 +642,13 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -511,17 +661,17 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics(q, qd, tau, out, k, S):
+def _forward_dynamics(q, qd, tau, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -529,11 +679,11 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     tau_2 = tau[1 * S + k]
     tau_3 = tau[2 * S + k]
     tau_4 = tau[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t4 = c_2 * 0.35000000000000003
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t8 = c_2 * 0.35000000000000003
     # link 2 (arm2): acceleration of its joint
     a_2b_x = qd_1 * qd_1 * -0.4
     # link 2 (arm2): acceleration
@@ -548,12 +698,11 @@ def _forward_dynamics(q, qd, tau, out, k, S):
     # link 2 (arm2): force, before its turn
     t29 = s_2 * (w_2_zz * 0.5 - a_3b_x * 1.5) + 1.5 * (c_2 * t15)
     # solve: L D L^T
-    t37 = t4 + 0.74375
+    t37 = t8 + 0.74375
     t39 = t37 * 1.3445378151260503
-    t44 = t4 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t37 * t39
     t48 = tau_4 + 0.875 * t15
     t49 = tau_2 + t48
-    t55 = (t48 + (tau_1 + t29 * 0.4) - t39 * t49) / (t44 + 2.1237500000000002)
+    t55 = (t48 + (tau_1 + t29 * 0.4) - t39 * t49) / (t8 + h_2b_x * 0.4 - t37 * t39 + 2.12375)
     t60 = 1.3445378151260503 * t49 - t39 * t55
     out[0 * S + k] = t55
     out[1 * S + k] = t60
@@ -571,7 +720,7 @@ def forward_dynamics(q, qd, tau):
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
     out = np.empty(4)
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
     return out
 
 
@@ -586,7 +735,7 @@ def forward_dynamics_into(q, qd, tau, out):
         raise ValueError("tau must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -594,29 +743,25 @@ def forward_dynamics_packed(both):
     """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("forward_dynamics_packed takes 16 numbers: q, qd, tau, result")
-    _forward_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _forward_dynamics(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -629,9 +774,9 @@ def forward_dynamics_batch(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -646,7 +791,9 @@ def forward_dynamics_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -659,11 +806,14 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -677,12 +827,13 @@ def forward_dynamics_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -695,17 +846,17 @@ def forward_dynamics_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_p(q, qd, tau, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -726,21 +877,19 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t17 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    t19 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
     # link 2 (arm2): acceleration of its joint
     t30 = p_arm1_dh_a * (qd_1 * qd_1)
     # link 2 (arm2): acceleration
@@ -756,22 +905,22 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     # link 2 (arm2): force from link 1
     t43 = J_2_x1 * w_2_zz + J_3_11 * (c_2 * t30 + p_arm2_dh_a * w_2_zz)
     # solve: L D L^T
-    t55 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t56 = p_arm2_dh_a * C_2_x1 + t55
-    t57 = p_arm1_dh_a * m_2_2_f_y + t56
-    t58 = 1.0 / t56
-    t59 = t57 * t58
-    t65 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t17 + m_2_2_f_y)
-    t69 = p_arm1_com_x * t17 + (p_arm1_inertia_zz + t57 - t57 * t59)
-    t72 = N_2_z + p_arm2_dh_a * f_2_y - tau_4
-    t73 = tau_2 - t72
-    t76 = p_arm1_dh_a * (s_2 * t43 - c_2 * f_2_y) + tau_1 - t72
-    t78 = (t76 - t59 * t73) / (p_arm1_dh_a * t65 + t69)
-    t83 = t58 * t73 - t59 * t78
-    out[0 * S + k] = t78
-    out[1 * S + k] = t83
+    t54 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t55 = p_arm2_dh_a * h_2_x + t54
+    t56 = p_arm1_dh_a * h_2t_x + t55
+    t58 = 1.0 / t55
+    t59 = t56 * t58
+    t67 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t19 + h_2t_x * 2.0)
+    t71 = p_arm1_com_x * t19 + (p_arm1_inertia_zz + t55 - t56 * t59)
+    t74 = N_2_z + p_arm2_dh_a * f_2_y - tau_4
+    t75 = tau_2 - t74
+    t78 = p_arm1_dh_a * (s_2 * t43 - c_2 * f_2_y) + tau_1 - t74
+    t80 = (t78 - t59 * t75) / (p_arm1_dh_a * t67 + t71)
+    t85 = t58 * t75 - t59 * t80
+    out[0 * S + k] = t80
+    out[1 * S + k] = t85
     out[2 * S + k] = (J_3_11 * p_g + tau_3) / J_3_11
-    out[3 * S + k] = t83 + (t78 + tau_4 / p_flange_inertia_zz)
+    out[3 * S + k] = t85 + (t80 + tau_4 / p_flange_inertia_zz)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -786,7 +935,7 @@ def forward_dynamics_p(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(4)
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
     return out
 
 
@@ -803,7 +952,7 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -811,29 +960,25 @@ def forward_dynamics_p_packed(both):
     """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 43:
         raise ValueError("forward_dynamics_p_packed takes 43 numbers: q, qd, tau, p, result")
-    _forward_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _forward_dynamics_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -848,9 +993,9 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -867,7 +1012,9 @@ def forward_dynamics_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -882,11 +1029,14 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -902,12 +1052,13 @@ def forward_dynamics_p_soa(q, qd, tau, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -920,30 +1071,29 @@ def forward_dynamics_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix(q, out, k, S):
+def _mass_matrix(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t7 = c_2 * 0.35000000000000003
-    m_2_2_b_z = 0.84375 + t7
-    # link 1 (arm1): effort when joint 1 is accelerated
-    M_1_1 = t7 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 + 2.22375
-    out[0 * S + k] = M_1_1
-    out[1 * S + k] = m_2_2_b_z
+    _, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t10 = c_2 * 0.35000000000000003
+    t17 = t10 + 0.84375
+    out[0 * S + k] = t10 + h_2b_x * 0.4 + 2.22375
+    out[1 * S + k] = t17
     out[2 * S + k] = 0.0
     out[3 * S + k] = -0.1
-    out[4 * S + k] = m_2_2_b_z
+    out[4 * S + k] = t17
     out[5 * S + k] = 0.84375
     out[6 * S + k] = 0.0
     out[7 * S + k] = -0.1
@@ -963,7 +1113,7 @@ def mass_matrix(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(16)
-    _mass_matrix(q, out, 0, 1)
+    _mass_matrix(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -974,7 +1124,7 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix(q, out.ravel(), 0, 1)
+    _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -982,23 +1132,22 @@ def mass_matrix_packed(both):
     """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("mass_matrix_packed takes 20 numbers: q, result")
-    _mass_matrix(both[0:4], both[4:], 0, 1)
+    _mass_matrix(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1007,8 +1156,8 @@ def mass_matrix_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1020,7 +1169,9 @@ def mass_matrix_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1029,8 +1180,9 @@ def mass_matrix_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1043,25 +1195,26 @@ def mass_matrix_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_p(q, p, out, k, S):
+def _mass_matrix_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
@@ -1074,52 +1227,42 @@ def _mass_matrix_p(q, p, out, k, S):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
-    p_flange_inertia_xx = p[24]
-    p_flange_inertia_yy = p[25]
     p_flange_inertia_zz = p[26]
-    # link 4 (flange): base parameters
-    t17 = p_flange_inertia_zz * 0.5
-    t18 = (p_flange_inertia_xx - p_flange_inertia_yy) * 0.5
+    _, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t25 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # link 4 (flange): effort when joint 4 is accelerated
-    M_4_4 = t17 - t18 + (t17 + t18)
-    t28 = -M_4_4
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    t18 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t35 = p_arm2_com_x * J_2_x1 + (M_4_4 + (p_arm2_inertia_zz + p_quill_inertia_zz))
-    M_2_2 = p_arm2_dh_a * C_2_x1 + t35
-    m_2_2_f_y = c_2 * C_2_x1
-    m_2_2_b_z = M_2_2 + p_arm1_dh_a * m_2_2_f_y
-    # link 1 (arm1): effort when joint 1 is accelerated
-    t44 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t25 + m_2_2_f_y)
-    t47 = p_arm1_com_x * t25 + (p_arm1_inertia_zz + m_2_2_b_z)
-    M_1_1 = p_arm1_dh_a * t44 + t47
-    out[0 * S + k] = M_1_1
-    out[1 * S + k] = m_2_2_b_z
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
+    t30 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t18 + h_2t_x * 2.0)
+    t33 = p_flange_inertia_zz + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t35 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t33)
+    t37 = p_arm1_dh_a * t30 + (p_arm1_inertia_zz + p_arm1_com_x * t18)
+    t40 = t35 + p_arm1_dh_a * h_2t_x
+    t42 = -p_flange_inertia_zz
+    out[0 * S + k] = t35 + t37
+    out[1 * S + k] = t40
     out[2 * S + k] = 0.0
-    out[3 * S + k] = t28
-    out[4 * S + k] = m_2_2_b_z
-    out[5 * S + k] = M_2_2
+    out[3 * S + k] = t42
+    out[4 * S + k] = t40
+    out[5 * S + k] = t35
     out[6 * S + k] = 0.0
-    out[7 * S + k] = t28
+    out[7 * S + k] = t42
     out[8 * S + k] = 0.0
     out[9 * S + k] = 0.0
     out[10 * S + k] = J_3_11
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t28
-    out[13 * S + k] = t28
+    out[12 * S + k] = t42
+    out[13 * S + k] = t42
     out[14 * S + k] = 0.0
-    out[15 * S + k] = M_4_4
+    out[15 * S + k] = p_flange_inertia_zz
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1130,7 +1273,7 @@ def mass_matrix_p(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(16)
-    _mass_matrix_p(q, p, out, 0, 1)
+    _mass_matrix_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -1143,7 +1286,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1151,23 +1294,22 @@ def mass_matrix_p_packed(both):
     """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 47:
         raise ValueError("mass_matrix_p_packed takes 47 numbers: q, p, result")
-    _mass_matrix_p(both[0:4], both[4:31], both[31:], 0, 1)
+    _mass_matrix_p(both[0:4], both[4:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1178,8 +1320,8 @@ def mass_matrix_p_batch(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1193,7 +1335,9 @@ def mass_matrix_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1204,8 +1348,9 @@ def mass_matrix_p_batch_parallel(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1220,35 +1365,36 @@ def mass_matrix_p_soa(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse(q, out, k, S):
+def _mass_matrix_inverse(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t5 = c_2 * 0.35000000000000003
+    _, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t9 = c_2 * 0.35000000000000003
     # solve: L D L^T
-    t11 = t5 + 0.74375
+    t11 = t9 + 0.74375
     t13 = t11 * 1.3445378151260503
-    t18 = t5 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t11 * t13
-    t21 = 1.0 / (t18 + 2.1237500000000002)
+    t21 = 1.0 / (t9 + h_2b_x * 0.4 - t11 * t13 + 2.12375)
     t22 = t13 * t21
     t23 = -t22
     t24 = t21 - t22
@@ -1278,7 +1424,7 @@ def mass_matrix_inverse(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(16)
-    _mass_matrix_inverse(q, out, 0, 1)
+    _mass_matrix_inverse(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -1289,7 +1435,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1297,23 +1443,22 @@ def mass_matrix_inverse_packed(both):
     """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("mass_matrix_inverse_packed takes 20 numbers: q, result")
-    _mass_matrix_inverse(both[0:4], both[4:], 0, 1)
+    _mass_matrix_inverse(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1322,8 +1467,8 @@ def mass_matrix_inverse_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_inverse_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1335,7 +1480,9 @@ def mass_matrix_inverse_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_inverse_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1344,8 +1491,9 @@ def mass_matrix_inverse_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1358,25 +1506,26 @@ def mass_matrix_inverse_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse_p(q, p, out, k, S):
+def _mass_matrix_inverse_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
@@ -1390,50 +1539,49 @@ def _mass_matrix_inverse_p(q, p, out, k, S):
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
+    _, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t17 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    t18 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
     # solve: L D L^T
     t28 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t29 = p_arm2_dh_a * C_2_x1 + t28
-    t30 = p_arm1_dh_a * m_2_2_f_y + t29
+    t29 = p_arm2_dh_a * h_2_x + t28
+    t30 = p_arm1_dh_a * h_2t_x + t29
     t31 = 1.0 / t29
     t32 = t30 * t31
-    t38 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t17 + m_2_2_f_y)
-    t42 = p_arm1_com_x * t17 + (p_arm1_inertia_zz + t30 - t30 * t32)
-    t44 = 1.0 / (p_arm1_dh_a * t38 + t42)
-    t45 = t32 * t44
-    t46 = -t45
-    t47 = t44 - t45
-    t49 = t31 + t32 * t45
-    t51 = t49 - t45
-    out[0 * S + k] = t44
-    out[1 * S + k] = t46
+    t40 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t18 + h_2t_x * 2.0)
+    t44 = p_arm1_com_x * t18 + (p_arm1_inertia_zz + t29 - t30 * t32)
+    t46 = 1.0 / (p_arm1_dh_a * t40 + t44)
+    t47 = t32 * t46
+    t48 = -t47
+    t49 = t46 - t47
+    t51 = t31 + t32 * t47
+    t52 = t51 - t47
+    out[0 * S + k] = t46
+    out[1 * S + k] = t48
     out[2 * S + k] = 0.0
-    out[3 * S + k] = t47
-    out[4 * S + k] = t46
-    out[5 * S + k] = t49
+    out[3 * S + k] = t49
+    out[4 * S + k] = t48
+    out[5 * S + k] = t51
     out[6 * S + k] = 0.0
-    out[7 * S + k] = t51
+    out[7 * S + k] = t52
     out[8 * S + k] = 0.0
     out[9 * S + k] = 0.0
     out[10 * S + k] = 1.0 / J_3_11
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t47
-    out[13 * S + k] = t51
+    out[12 * S + k] = t49
+    out[13 * S + k] = t52
     out[14 * S + k] = 0.0
-    out[15 * S + k] = 1.0 / p_flange_inertia_zz + (t47 - (t45 - t49))
+    out[15 * S + k] = 1.0 / p_flange_inertia_zz + (t49 + t52)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1444,7 +1592,7 @@ def mass_matrix_inverse_p(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(16)
-    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -1457,7 +1605,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1465,23 +1613,22 @@ def mass_matrix_inverse_p_packed(both):
     """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 47:
         raise ValueError("mass_matrix_inverse_p_packed takes 47 numbers: q, p, result")
-    _mass_matrix_inverse_p(both[0:4], both[4:31], both[31:], 0, 1)
+    _mass_matrix_inverse_p(both[0:4], both[4:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1492,8 +1639,8 @@ def mass_matrix_inverse_p_batch(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -1507,7 +1654,9 @@ def mass_matrix_inverse_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1518,8 +1667,9 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -1534,31 +1684,30 @@ def mass_matrix_inverse_p_soa(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force(q, qd, out, k, S):
+def _bias_force(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm2): acceleration of its joint
     a_2b_x = qd_1 * qd_1 * -0.4
     # link 2 (arm2): acceleration
@@ -1590,7 +1739,7 @@ def bias_force(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(4)
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1603,7 +1752,7 @@ def bias_force_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1611,26 +1760,23 @@ def bias_force_packed(both):
     """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 12:
         raise ValueError("bias_force_packed takes 12 numbers: q, qd, result")
-    _bias_force(both[0:4], both[4:8], both[8:], 0, 1)
+    _bias_force(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1641,9 +1787,9 @@ def bias_force_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _bias_force_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1656,7 +1802,9 @@ def bias_force_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _bias_force_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1667,11 +1815,13 @@ def bias_force_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1683,11 +1833,12 @@ def bias_force_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1696,17 +1847,17 @@ def bias_force_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force_p(q, qd, p, out, k, S):
+def _bias_force_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -1717,13 +1868,11 @@ def _bias_force_p(q, qd, p, out, k, S):
     p_arm2_com_x = p[12]
     p_quill_mass = p[17]
     p_flange_mass = p[22]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 2 (arm2): acceleration of its joint
     t17 = p_arm1_dh_a * (qd_1 * qd_1)
     # link 2 (arm2): acceleration
@@ -1759,7 +1908,7 @@ def bias_force_p(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(4)
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1774,7 +1923,7 @@ def bias_force_p_into(q, qd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1782,26 +1931,23 @@ def bias_force_p_packed(both):
     """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 39:
         raise ValueError("bias_force_p_packed takes 39 numbers: q, qd, p, result")
-    _bias_force_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+    _bias_force_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1814,9 +1960,9 @@ def bias_force_p_batch(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _bias_force_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1831,7 +1977,9 @@ def bias_force_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _bias_force_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1844,11 +1992,13 @@ def bias_force_p_batch_parallel(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1862,11 +2012,12 @@ def bias_force_p_soa(q, qd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(384)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:384]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1875,17 +2026,17 @@ def bias_force_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity(q, out, k, S):
+def _gravity(q, out, k, S, turns):
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = -14.715
@@ -1898,7 +2049,7 @@ def gravity(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(4)
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
     return out
 
 
@@ -1909,7 +2060,7 @@ def gravity_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1917,23 +2068,21 @@ def gravity_packed(both):
     """gravity of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("gravity_packed takes 8 numbers: q, result")
-    _gravity(both[0:4], both[4:], 0, 1)
+    _gravity(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1942,9 +2091,9 @@ def gravity_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _gravity_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1955,7 +2104,9 @@ def gravity_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _gravity_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1964,11 +2115,12 @@ def gravity_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1978,35 +2130,34 @@ def gravity_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity_p(q, p, out, k, S):
+def _gravity_p(q, p, out, k, S, turns):
     p_g = p[0]
     p_quill_mass = p[17]
     p_flange_mass = p[22]
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
-    # link 3 (quill): Newton, inertial force
-    F_3_z = -(p_g * J_3_11)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
-    out[2 * S + k] = F_3_z
+    out[2 * S + k] = -(p_g * J_3_11)
     out[3 * S + k] = 0.0
 
 
@@ -2018,7 +2169,7 @@ def gravity_p(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(4)
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -2031,7 +2182,7 @@ def gravity_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2039,23 +2190,21 @@ def gravity_p_packed(both):
     """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 35:
         raise ValueError("gravity_p_packed takes 35 numbers: q, p, result")
-    _gravity_p(both[0:4], both[4:31], both[31:], 0, 1)
+    _gravity_p(both[0:4], both[4:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2066,9 +2215,9 @@ def gravity_p_batch(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _gravity_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2081,7 +2230,9 @@ def gravity_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _gravity_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2092,11 +2243,12 @@ def gravity_p_batch_parallel(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2108,25 +2260,26 @@ def gravity_p_soa(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy(q, qd, out, k, S):
+def _energy(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
@@ -2134,11 +2287,9 @@ def _energy(q, qd, out, k, S):
     qd_2 = qd[1 * S + k]
     qd_3 = qd[2 * S + k]
     qd_4 = qd[3 * S + k]
+    R_2_12, R_2_11, R_4_21, R_4_11 = turns((q_2, q_4,))
     # link 1 (arm1): velocity of its frame
     v_1_y = qd_1 * 0.4
-    # link 2 (arm2): rotation
-    R_2_11 = _cos(q_2)
-    R_2_12 = _sin(q_2)
     # link 2 (arm2): angular velocity
     t11 = qd_1 + qd_2
     # link 2 (arm2): velocity of its frame
@@ -2146,9 +2297,6 @@ def _energy(q, qd, out, k, S):
     t16 = v_1_y * R_2_11 + t11 * 0.25
     # link 3 (quill): its origin
     t18 = q_3 - 0.192
-    # link 4 (flange): rotation
-    R_4_11 = _cos(q_4)
-    R_4_21 = _sin(q_4)
     # link 4 (flange): angular velocity
     omega_4_z = qd_4 - t11
     # link 4 (flange): velocity of its frame
@@ -2172,7 +2320,7 @@ def energy(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(2)
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -2185,7 +2333,7 @@ def energy_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2193,26 +2341,23 @@ def energy_packed(both):
     """energy of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("energy_packed takes 10 numbers: q, qd, result")
-    _energy(both[0:4], both[4:8], both[8:], 0, 1)
+    _energy(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2223,9 +2368,9 @@ def energy_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2238,7 +2383,9 @@ def energy_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2249,11 +2396,13 @@ def energy_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2265,11 +2414,12 @@ def energy_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2278,17 +2428,17 @@ def energy_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy_p(q, qd, p, out, k, S):
+def _energy_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
@@ -2315,11 +2465,9 @@ def _energy_p(q, qd, p, out, k, S):
     p_flange_mass = p[22]
     p_flange_com_z = p[23]
     p_flange_inertia_zz = p[26]
+    R_2_12, R_2_11, R_4_21, R_4_11 = turns((q_2, q_4,))
     # link 1 (arm1): velocity of its frame
     v_1_y = qd_1 * p_arm1_dh_a
-    # link 2 (arm2): rotation
-    R_2_11 = _cos(q_2)
-    R_2_12 = _sin(q_2)
     # link 2 (arm2): angular velocity
     t29 = qd_1 + qd_2
     # link 2 (arm2): velocity of its frame
@@ -2327,9 +2475,6 @@ def _energy_p(q, qd, p, out, k, S):
     t33 = v_1_y * R_2_11 + p_arm2_dh_a * t29
     # link 3 (quill): its origin
     t34 = q_3 - p_arm1_dh_d
-    # link 4 (flange): rotation
-    R_4_11 = _cos(q_4)
-    R_4_21 = _sin(q_4)
     # link 4 (flange): angular velocity
     omega_4_z = qd_4 - t29
     # link 4 (flange): velocity of its frame
@@ -2363,7 +2508,7 @@ def energy_p(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(2)
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -2378,7 +2523,7 @@ def energy_p_into(q, qd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2386,26 +2531,23 @@ def energy_p_packed(both):
     """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 37:
         raise ValueError("energy_p_packed takes 37 numbers: q, qd, p, result")
-    _energy_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+    _energy_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2418,9 +2560,9 @@ def energy_p_batch(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2435,7 +2577,9 @@ def energy_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2448,11 +2592,13 @@ def energy_p_batch_parallel(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2466,11 +2612,12 @@ def energy_p_soa(q, qd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2479,17 +2626,17 @@ def energy_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation(x, u, out, k, S):
+def _actuation(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     u_3 = u[2 * S + k]
@@ -2508,7 +2655,7 @@ def actuation(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(4)
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2521,7 +2668,7 @@ def actuation_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2529,26 +2676,23 @@ def actuation_packed(both):
     """actuation of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("actuation_packed takes 16 numbers: x, u, result")
-    _actuation(both[0:8], both[8:12], both[12:], 0, 1)
+    _actuation(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2559,9 +2703,9 @@ def actuation_batch(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _actuation_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2574,7 +2718,9 @@ def actuation_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _actuation_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2585,11 +2731,13 @@ def actuation_batch_parallel(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2601,11 +2749,12 @@ def actuation_soa(x, u):
         raise ValueError("u must have as many columns as x, and 4 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2614,17 +2763,17 @@ def actuation_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation_p(x, u, p, out, k, S):
+def _actuation_p(x, u, p, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     u_3 = u[2 * S + k]
@@ -2645,7 +2794,7 @@ def actuation_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(4)
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2660,7 +2809,7 @@ def actuation_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2668,26 +2817,23 @@ def actuation_p_packed(both):
     """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 43:
         raise ValueError("actuation_p_packed takes 43 numbers: x, u, p, result")
-    _actuation_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _actuation_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2700,9 +2846,9 @@ def actuation_p_batch(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _actuation_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2717,7 +2863,9 @@ def actuation_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _actuation_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2730,11 +2878,13 @@ def actuation_p_batch_parallel(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2748,11 +2898,12 @@ def actuation_p_soa(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2761,17 +2912,17 @@ def actuation_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative(x, u, out, k, S):
+def _state_derivative(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
@@ -2781,11 +2932,11 @@ def _state_derivative(x, u, out, k, S):
     u_2 = u[1 * S + k]
     u_3 = u[2 * S + k]
     u_4 = u[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t8 = c_2 * 0.35000000000000003
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t14 = c_2 * 0.35000000000000003
     # link 2 (arm2): acceleration of its joint
     a_2b_x = qd_1 * qd_1 * -0.4
     # link 2 (arm2): acceleration
@@ -2800,12 +2951,11 @@ def _state_derivative(x, u, out, k, S):
     # link 2 (arm2): force, before its turn
     t33 = s_2 * (w_2_zz * 0.5 - a_3b_x * 1.5) + 1.5 * (c_2 * t19)
     # solve: L D L^T
-    t37 = t8 + 0.74375
+    t37 = t14 + 0.74375
     t39 = t37 * 1.3445378151260503
-    t44 = t8 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t37 * t39
     t48 = u_4 + 0.875 * t19
     t49 = u_2 + t48
-    t55 = (t48 + (u_1 + t33 * 0.4) - t39 * t49) / (t44 + 2.1237500000000002)
+    t55 = (t48 + (u_1 + t33 * 0.4) - t39 * t49) / (t14 + h_2b_x * 0.4 - t37 * t39 + 2.12375)
     t60 = 1.3445378151260503 * t49 - t39 * t55
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
@@ -2825,7 +2975,7 @@ def state_derivative(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(8)
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2838,7 +2988,7 @@ def state_derivative_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2846,26 +2996,23 @@ def state_derivative_packed(both):
     """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("state_derivative_packed takes 20 numbers: x, u, result")
-    _state_derivative(both[0:8], both[8:12], both[12:], 0, 1)
+    _state_derivative(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2876,9 +3023,9 @@ def state_derivative_batch(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 8)
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 8))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2891,7 +3038,9 @@ def state_derivative_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 8):
         raise ValueError("out must have the shape (states, 8)")
-    _state_derivative_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2902,11 +3051,13 @@ def state_derivative_batch_parallel(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 8))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2918,11 +3069,12 @@ def state_derivative_soa(x, u):
         raise ValueError("u must have as many columns as x, and 4 rows")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2931,17 +3083,17 @@ def state_derivative_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_p(x, u, p, out, k, S):
+def _state_derivative_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
@@ -2964,21 +3116,19 @@ def _state_derivative_p(x, u, p, out, k, S):
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t21 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    t26 = p_arm1_mass * (p_arm1_com_x + p_arm1_dh_a)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
     # link 2 (arm2): acceleration of its joint
     t34 = p_arm1_dh_a * (qd_1 * qd_1)
     # link 2 (arm2): acceleration
@@ -2994,26 +3144,26 @@ def _state_derivative_p(x, u, p, out, k, S):
     # link 2 (arm2): force from link 1
     t47 = J_2_x1 * w_2_zz + J_3_11 * (c_2 * t34 + p_arm2_dh_a * w_2_zz)
     # solve: L D L^T
-    t55 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t56 = p_arm2_dh_a * C_2_x1 + t55
-    t57 = p_arm1_dh_a * m_2_2_f_y + t56
-    t58 = 1.0 / t56
-    t59 = t57 * t58
-    t65 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t21 + m_2_2_f_y)
-    t69 = p_arm1_com_x * t21 + (p_arm1_inertia_zz + t57 - t57 * t59)
-    t72 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
-    t73 = u_2 + t72
-    t76 = t72 + (u_1 + p_arm1_dh_a * (s_2 * t47 - c_2 * f_2_y))
-    t78 = (t76 - t59 * t73) / (p_arm1_dh_a * t65 + t69)
-    t83 = t58 * t73 - t59 * t78
+    t54 = p_arm2_com_x * J_2_x1 + (p_quill_inertia_zz + p_arm2_inertia_zz)
+    t55 = p_arm2_dh_a * h_2_x + t54
+    t56 = p_arm1_dh_a * h_2t_x + t55
+    t58 = 1.0 / t55
+    t59 = t56 * t58
+    t67 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t26 + h_2t_x * 2.0)
+    t71 = p_arm1_com_x * t26 + (p_arm1_inertia_zz + t55 - t56 * t59)
+    t74 = N_2_z + p_arm2_dh_a * f_2_y - u_4
+    t75 = u_2 - t74
+    t78 = u_1 + p_arm1_dh_a * (s_2 * t47 - c_2 * f_2_y) - t74
+    t80 = (t78 - t59 * t75) / (p_arm1_dh_a * t67 + t71)
+    t85 = t58 * t75 - t59 * t80
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
     out[2 * S + k] = qd_3
     out[3 * S + k] = qd_4
-    out[4 * S + k] = t78
-    out[5 * S + k] = t83
-    out[6 * S + k] = (u_3 + J_3_11 * p_g) / J_3_11
-    out[7 * S + k] = t83 + (t78 + u_4 / p_flange_inertia_zz)
+    out[4 * S + k] = t80
+    out[5 * S + k] = t85
+    out[6 * S + k] = (u_3 + p_g * J_3_11) / J_3_11
+    out[7 * S + k] = t85 + (t80 + u_4 / p_flange_inertia_zz)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3026,7 +3176,7 @@ def state_derivative_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(8)
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -3041,7 +3191,7 @@ def state_derivative_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3049,26 +3199,23 @@ def state_derivative_p_packed(both):
     """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 47:
         raise ValueError("state_derivative_p_packed takes 47 numbers: x, u, p, result")
-    _state_derivative_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _state_derivative_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3081,9 +3228,9 @@ def state_derivative_p_batch(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 8)
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 8))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3098,7 +3245,9 @@ def state_derivative_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 8):
         raise ValueError("out must have the shape (states, 8)")
-    _state_derivative_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3111,11 +3260,13 @@ def state_derivative_p_batch_parallel(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 8))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3129,11 +3280,12 @@ def state_derivative_p_soa(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3142,69 +3294,49 @@ def state_derivative_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (arm2): rotation
-    s_2 = _sin(q_2)
-    # link 1 (arm1): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 2 (arm2): acceleration of its joint
-    a_2b_x = w_1_zz * -0.4
-    # derivative: link 2 (arm2): acceleration of its joint
-    t12 = qd_1 * -0.8
-    # link 2 (arm2): acceleration of its joint
-    a_2b_y = qdd_1 * 0.4
-    # derivative: link 2 (arm2): acceleration
-    t18 = c_2 * a_2b_y
-    t23 = s_2 * t12
-    t24 = c_2 * a_2b_x + s_2 * a_2b_y
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
     # link 2 (arm2): angular acceleration
     alpha_2_z = qdd_1 + qdd_2
-    # link 3 (quill): acceleration of its joint
-    a_3b_x = t24 - w_2_zz * 0.25
-    a_3b_y = t18 - s_2 * a_2b_x + alpha_2_z * 0.25
-    # link 2 (arm2): force from link 1
-    f_2_y = alpha_2_z * 0.5 + a_3b_y * 1.5
-    # derivative: link 2 (arm2): moment from link 1
-    t47 = t24 * -0.875
-    t48 = t23 * -0.875
-    # derivative: link 2 (arm2): force, before its turn
-    t50 = s_2 * (omega_2_z - (c_2 * t12 - omega_2_z * 0.5) * 1.5)
-    t56 = 1.5 * (s_2 * (t18 + 0.4 * (s_2 * w_1_zz)) - c_2 * t24)
-    t57 = c_2 * (w_2_zz * 0.5 - a_3b_x * 1.5) + s_2 * f_2_y - t56
+    # link 1 (arm1): composite body: flow of its moments
+    C_1_n_z = qd_2 * s_2 * -0.7000000000000001
+    # link 2 (arm2): Coriolis terms
+    C_2_c_z = qd_1 * s_2 * 0.7000000000000001
+    # link 2 (arm2): change with its position
+    P_2_n_z = (c_2 * (qd_1 * qd_1) - qdd_1 * s_2) * 0.35000000000000003
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.4
+    t30 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t47 - 0.4 * t57
+    out[1 * S + k] = P_2_n_z - alpha_2_z * x0_1_2_vr_x * 0.875 - t30
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t48 - 0.4 * (t50 + 1.5 * (c_2 * t23))
-    out[5 * S + k] = s_2 * omega_2_z * -0.7000000000000001
+    out[4 * S + k] = C_1_n_z
+    out[5 * S + k] = omega_2_z * x0_1_2_vr_x * -1.75
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t47
+    out[9 * S + k] = P_2_n_z
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t48
+    out[12 * S + k] = C_2_c_z
     out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
@@ -3236,7 +3368,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
     out = np.empty(32)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3251,7 +3383,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3259,29 +3391,26 @@ def inverse_dynamics_state_jacobian_packed(both):
     """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("inverse_dynamics_state_jacobian_packed takes 44 numbers: q, qd, qdd, result")
-    _inverse_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _inverse_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3294,8 +3423,8 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 32)
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3311,7 +3440,9 @@ def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3324,8 +3455,11 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3342,12 +3476,13 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3360,17 +3495,17 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -3382,58 +3517,44 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     p_arm2_com_x = p[12]
     p_quill_mass = p[17]
     p_flange_mass = p[22]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (arm2): rotation
-    s_2 = _sin(q_2)
-    # derivative: link 2 (arm2): acceleration of its joint
-    t17 = qd_1 * p_arm1_dh_a
-    t19 = t17 * -2.0
     # link 2 (arm2): acceleration
-    t23 = p_arm1_dh_a * s_2
-    # derivative: link 2 (arm2): acceleration
-    t25 = s_2 * t19
-    t26 = t17 * (qd_1 * c_2) - qdd_1 * t23
+    t16 = p_arm1_dh_a * c_2
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = p_arm1_dh_a * s_2
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # derivative: link 2 (arm2): products of angular velocity
-    t30 = omega_2_z * 2.0
     # link 2 (arm2): angular acceleration
     alpha_2_z = qdd_1 + qdd_2
-    # derivative: link 2 (arm2): Newton, inertial force
-    t33 = J_2_x1 * t30
-    # derivative: link 3 (quill): acceleration of its joint
-    t36 = p_arm2_dh_a * t30
-    # derivative: link 3 (quill): Newton, inertial force
-    t42 = J_3_11 * t26
-    # derivative: link 2 (arm2): moment from link 1
-    t46 = J_2_x1 * t26 + p_arm2_dh_a * t42
-    t48 = J_2_x1 + p_arm2_dh_a * J_3_11
-    t49 = t25 * t48
-    # derivative: link 2 (arm2): force, before its turn
-    t56 = J_2_x1 * w_2_zz + J_3_11 * (t26 + p_arm2_dh_a * w_2_zz)
-    t60 = s_2 * (t33 - J_3_11 * (c_2 * t19 - t36)) + t25 * (J_3_11 * c_2)
-    # derivative: link 2 (arm2): moment, in frame 1
-    t61 = p_arm1_dh_a * (t48 * (s_2 * alpha_2_z) + c_2 * (t56 - t42))
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    h_2_x = J_2_x1 + h_3b_x
+    t26 = x0_1_2_vr_x * h_2_x
+    # link 1 (arm1): composite body: flow of its moments
+    C_1_n_z = qd_2 * t26 * -2.0
+    # link 2 (arm2): Coriolis terms
+    C_2_c_z = qd_1 * t26 * 2.0
+    # link 2 (arm2): change with its position
+    P_2_n_z = (t16 * (qd_1 * qd_1) - qdd_1 * x0_1_2_vr_x) * h_2_x
+    t40 = P_2_n_z - alpha_2_z * t26 - t16 * h_2_x * (omega_2_z * omega_2_z)
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t46 - t61
+    out[1 * S + k] = t40
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = -(t49 + p_arm1_dh_a * t60)
-    out[5 * S + k] = -(t23 * (t33 + J_3_11 * t36))
+    out[4 * S + k] = C_1_n_z
+    out[5 * S + k] = -2.0 * (omega_2_z * t26)
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t46
+    out[9 * S + k] = P_2_n_z
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = -t49
+    out[12 * S + k] = C_2_c_z
     out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
@@ -3467,7 +3588,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(32)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3484,7 +3605,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3492,29 +3613,26 @@ def inverse_dynamics_state_jacobian_p_packed(both):
     """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 71 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _inverse_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3529,8 +3647,8 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 32)
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3548,7 +3666,9 @@ def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3563,8 +3683,11 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3583,12 +3706,13 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3601,95 +3725,72 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
+def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
     tau_2 = tau[1 * S + k]
     tau_4 = tau[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t5 = c_2 * 0.35000000000000003
-    # link 1 (arm1): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 2 (arm2): acceleration of its joint
-    a_2b_x = w_1_zz * -0.4
-    # link 2 (arm2): acceleration
-    a_2r_x = c_2 * a_2b_x
-    t16 = s_2 * a_2b_x
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 3 (quill): acceleration of its joint
-    a_3b_x = a_2r_x - w_2_zz * 0.25
-    # link 2 (arm2): force from link 1
-    t23 = w_2_zz * 0.5
+    # link 2 (arm2): twice the velocity of its frame
+    t9 = qd_1 * s_2
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t16 = c_2 * 0.35000000000000003
+    # link 1 (arm1): composite body: flow of its moments
+    t17 = qd_2 * s_2
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.4
     # solve: L D L^T
-    t35 = t5 + 0.74375
-    t37 = t35 * 1.3445378151260503
-    t43 = t5 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t35 * t37
-    t47 = tau_4 + 0.875 * t16
-    t48 = tau_2 + t47
-    t50 = (s_2 * (a_3b_x * 1.5 - t23) - 1.5 * (c_2 * t16)) * 0.4
-    t54 = 1.0 / (t43 + 2.1237500000000002)
-    t55 = (t37 * t48 + (t50 - tau_1 - t47)) * t54
-    # derivative: link 2 (arm2): acceleration of its joint
-    t58 = qd_1 * -0.8
-    # link 2 (arm2): acceleration of its joint
-    a_2b_y = -0.4 * t55
+    t21 = t16 + 0.74375
+    t23 = t21 * 1.3445378151260503
+    t33 = tau_2 + tau_4 - 0.35000000000000003 * (qd_1 * t9)
+    # derivative of effort
+    t35 = omega_2_z * x0_1_2_vr_x
+    # solve: L D L^T
+    t41 = tau_1 + tau_4 - t23 * t33 + 0.35000000000000003 * (qd_1 * t17)
+    t45 = 1.0 / (t16 + h_2b_x * 0.4 - t21 * t23 + 2.12375)
+    t46 = (t41 + 0.875 * (qd_2 * t35)) * t45
     # link 2 (arm2): acceleration
-    t61 = s_2 * a_2b_y
-    # derivative: link 2 (arm2): acceleration
-    t62 = c_2 * a_2b_y
-    t66 = s_2 * t58
-    t67 = a_2r_x + t61
-    # link 2 (arm2): angular acceleration
-    t70 = t37 * t55 + (1.3445378151260503 * t48 - t55)
-    # derivative: link 2 (arm2): force, before its turn
-    t85 = s_2 * (omega_2_z + 1.5 * (omega_2_z * 0.5 - c_2 * t58))
-    t90 = c_2 * (t23 - 1.5 * (a_3b_x + t61)) + s_2 * (0.5 * t70 - 1.5 * (t16 - t62 - 0.25 * t70))
-    t91 = 1.5 * (s_2 * (t62 + 0.4 * (s_2 * w_1_zz)) - c_2 * t67)
-    # derivative of effort
-    t97 = t67 * -0.875
+    t51 = c_2 * (qd_1 * qd_1) - s_2 * t46
     # solve: L D L^T
-    t102 = t54 * (t37 * t97 + (0.4 * (t90 - t91) - t97))
-    t106 = t67 * 1.176470588235294 - t37 * t102
-    # derivative of effort
-    t108 = t66 * -0.875
-    # solve: L D L^T
-    t112 = t37 * t108 + (0.4 * (t85 + 1.5 * (c_2 * t66)) - t108)
-    t113 = t54 * t112
-    t116 = t66 * 1.176470588235294 - t37 * t113
-    t121 = t54 * (s_2 * omega_2_z) * 0.7000000000000001
-    t122 = t37 * t121
+    t58 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t33 - t23 * t46)
+    t64 = 0.875 * t58 - 0.35000000000000003 * t51 - t23 * (t51 * -0.35000000000000003)
+    t65 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
+    t67 = t45 * (t64 + t65)
+    t71 = t23 * t67 + t51 * 0.4705882352941176
+    t78 = t45 * ((t17 + t9 * t23) * 0.7000000000000001)
+    t82 = t23 * t78 + t9 * 0.9411764705882353
+    t87 = t35 * t45 * 1.75
+    t88 = t23 * t87
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t102
+    out[1 * S + k] = t67
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t113
-    out[5 * S + k] = t121
+    out[4 * S + k] = t78
+    out[5 * S + k] = t87
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t106
+    out[9 * S + k] = -t71
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t116
-    out[13 * S + k] = -t122
+    out[12 * S + k] = -t82
+    out[13 * S + k] = -t88
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
@@ -3701,11 +3802,11 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t102 + t106
+    out[25 * S + k] = t67 - t71
     out[26 * S + k] = 0.0
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t113 + t116
-    out[29 * S + k] = t121 - t122
+    out[28 * S + k] = t78 - t82
+    out[29 * S + k] = t87 - t88
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
 
@@ -3720,7 +3821,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3735,7 +3836,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3743,29 +3844,26 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 44 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3778,8 +3876,8 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
+    out = np.empty(count * 32)
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -3795,7 +3893,9 @@ def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3808,8 +3908,11 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -3826,12 +3929,13 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3844,17 +3948,17 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -3872,99 +3976,70 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
+    p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t16 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
-    # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
-    # derivative: link 2 (arm2): acceleration of its joint
-    t28 = p_arm1_dh_a * qd_1
-    # link 2 (arm2): acceleration of its joint
-    t29 = qd_1 * t28
-    # link 2 (arm2): acceleration
-    t30 = c_2 * t29
-    a_2r_y = s_2 * t29
+    t24 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_y = p_arm1_dh_a * c_2
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 2 (arm2): Newton, inertial force
-    t34 = J_2_x1 * w_2_zz
-    # link 2 (arm2): Euler, inertial moment
-    N_2_z = J_2_x1 * a_2r_y
-    # link 3 (quill): acceleration of its joint
-    t37 = t30 + p_arm2_dh_a * w_2_zz
-    # link 3 (quill): Newton, inertial force
-    f_2_y = J_3_11 * a_2r_y
-    # link 2 (arm2): moment, in frame 1
-    t45 = p_arm1_dh_a * (s_2 * (t34 + J_3_11 * t37) - c_2 * f_2_y)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = p_arm1_dh_a * s_2
     # solve: L D L^T
-    t51 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t52 = p_arm2_dh_a * C_2_x1 + t51
-    t53 = p_arm1_dh_a * m_2_2_f_y + t52
-    t54 = 1.0 / t52
-    t55 = t53 * t54
-    t61 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t16 + m_2_2_f_y)
-    t65 = p_arm1_com_x * t16 + (p_arm1_inertia_zz + t53 - t53 * t55)
-    t68 = N_2_z + p_arm2_dh_a * f_2_y - tau_4
-    t69 = tau_2 - t68
-    t74 = 1.0 / (p_arm1_dh_a * t61 + t65)
-    t75 = (t45 + tau_1 - t68 - t55 * t69) * t74
-    # derivative: link 2 (arm2): acceleration of its joint
-    t79 = t28 * -2.0
-    # link 2 (arm2): acceleration
-    t81 = p_arm1_dh_a * s_2
-    t82 = t75 * t81
-    # derivative: link 2 (arm2): acceleration
-    t83 = s_2 * t79
-    t84 = t30 - t82
-    # derivative: link 2 (arm2): products of angular velocity
-    t86 = omega_2_z * 2.0
-    # derivative: link 2 (arm2): Newton, inertial force
-    t89 = J_2_x1 * t86
-    # derivative: link 3 (quill): acceleration of its joint
-    t91 = p_arm2_dh_a * t86
-    # derivative: link 3 (quill): Newton, inertial force
-    t97 = J_3_11 * t84
-    # derivative: link 2 (arm2): force, before its turn
-    t109 = (t75 + t54 * t69 - t55 * t75) * (s_2 * C_2_x1) + c_2 * (t34 + J_3_11 * (t37 - t82) - t97)
-    t110 = s_2 * (t89 - J_3_11 * (c_2 * t79 - t91)) + t83 * (J_3_11 * c_2)
-    # derivative of effort
-    t113 = J_2_x1 * t84 + p_arm2_dh_a * t97
+    t34 = qd_2 * x0_1_2_vr_x
+    # link 1 (arm1): composite body: flow of its moments
+    t35 = h_2_x * t34
+    # link 2 (arm2): Coriolis terms
+    t38 = omega_2_z * h_2_x * 2.0
+    t39 = h_2_x * x0_1_2_vr_x
+    C_2_c_z = 2.0 * (qd_1 * t39)
+    t43 = x0_1_2_vr_y * h_2_x
+    t45 = p_flange_inertia_zz + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t47 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t45)
     # solve: L D L^T
-    t117 = t74 * (t55 * t113 + (p_arm1_dh_a * t109 - t113))
-    t120 = t54 * t113 + t55 * t117
-    # derivative of effort
-    t123 = C_2_x1 * t83
+    t48 = p_flange_inertia_zz - t47
+    t49 = t43 - t48
+    t51 = 1.0 / t48
+    t52 = t49 * t51
+    t60 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t64 = p_arm1_com_x * t24 + (t49 * t52 + (p_arm1_inertia_zz - t48))
+    t70 = tau_2 + tau_4 - qd_1 * C_2_c_z * 0.5
+    t79 = t52 * t70 + (tau_1 + tau_4) + 0.5 * (t34 * t38 + 2.0 * (qd_1 * t35))
+    t80 = 1.0 / (p_arm1_dh_a * t60 + t64)
+    t81 = t79 * t80
+    # link 2 (arm2): change with its position
+    t88 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t81)
     # solve: L D L^T
-    t127 = t74 * (p_arm1_dh_a * t110 + t123 - t55 * t123)
-    t130 = t54 * t123 - t55 * t127
-    t133 = (t89 + J_3_11 * t91) * (t74 * t81)
-    t134 = t55 * t133
+    t94 = t88 - t39 * (t52 * t81 + (t81 - t51 * t70)) - t43 * (omega_2_z * omega_2_z)
+    t96 = t80 * (t52 * t88 + t94)
+    t100 = t51 * t88 - t52 * t96
+    t105 = t80 * (t35 * 2.0 - C_2_c_z * t52)
+    t108 = C_2_c_z * t51 + t52 * t105
+    t111 = t80 * (x0_1_2_vr_x * t38)
+    t112 = t52 * t111
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t117
+    out[1 * S + k] = -t96
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t127
-    out[5 * S + k] = t133
+    out[4 * S + k] = t105
+    out[5 * S + k] = t111
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = -t120
+    out[9 * S + k] = t100
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t130
-    out[13 * S + k] = -t134
+    out[12 * S + k] = t108
+    out[13 * S + k] = t112
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
@@ -3976,11 +4051,11 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t117 - t120
+    out[25 * S + k] = t100 - t96
     out[26 * S + k] = 0.0
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t127 + t130
-    out[29 * S + k] = t133 - t134
+    out[28 * S + k] = t105 + t108
+    out[29 * S + k] = t111 + t112
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
 
@@ -3997,7 +4072,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -4014,7 +4089,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4022,29 +4097,26 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 71 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(tau, 4, 0, 4, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4059,8 +4131,8 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
+    out = np.empty(count * 32)
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 8))
 
 
@@ -4078,7 +4150,9 @@ def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 8):
         raise ValueError("out must have the shape (states, 4, 8)")
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4093,8 +4167,11 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
@@ -4113,12 +4190,13 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((32, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    tau_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    tau_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4131,83 +4209,58 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian(x, u, out, k, S):
+def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     u_4 = u[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t9 = c_2 * 0.35000000000000003
-    # link 1 (arm1): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 2 (arm2): acceleration of its joint
-    a_2b_x = w_1_zz * -0.4
-    # link 2 (arm2): acceleration
-    a_2r_x = c_2 * a_2b_x
-    t20 = s_2 * a_2b_x
+    s_2, c_2 = turns((q_2,))
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 3 (quill): acceleration of its joint
-    a_3b_x = a_2r_x - w_2_zz * 0.25
-    # link 2 (arm2): force from link 1
-    t27 = w_2_zz * 0.5
+    # link 2 (arm2): twice the velocity of its frame
+    t9 = qd_1 * s_2
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t16 = c_2 * 0.35000000000000003
+    # link 1 (arm1): composite body: flow of its moments
+    t17 = qd_2 * s_2
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.4
     # solve: L D L^T
-    t36 = t9 + 0.74375
-    t38 = t36 * 1.3445378151260503
-    t43 = t9 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t36 * t38
-    t47 = u_4 + 0.875 * t20
-    t48 = u_2 + t47
-    t50 = (s_2 * (a_3b_x * 1.5 - t27) - 1.5 * (c_2 * t20)) * 0.4
-    t54 = 1.0 / (t43 + 2.1237500000000002)
-    t55 = (t47 + (u_1 - t50) - t38 * t48) * t54
-    # derivative: link 2 (arm2): acceleration of its joint
-    t58 = qd_1 * -0.8
-    # link 2 (arm2): acceleration of its joint
-    a_2b_y = 0.4 * t55
+    t21 = t16 + 0.74375
+    t23 = t21 * 1.3445378151260503
+    t33 = u_2 + u_4 - 0.35000000000000003 * (qd_1 * t9)
+    # derivative of effort
+    t35 = omega_2_z * x0_1_2_vr_x
+    # solve: L D L^T
+    t41 = u_1 + u_4 - t23 * t33 + 0.35000000000000003 * (qd_1 * t17)
+    t45 = 1.0 / (t16 + h_2b_x * 0.4 - t21 * t23 + 2.12375)
+    t46 = (t41 + 0.875 * (qd_2 * t35)) * t45
     # link 2 (arm2): acceleration
-    t61 = s_2 * a_2b_y
-    # derivative: link 2 (arm2): acceleration
-    t62 = c_2 * a_2b_y
-    t66 = s_2 * t58
-    t67 = a_2r_x + t61
-    # link 2 (arm2): angular acceleration
-    alpha_2_z = t55 + 1.3445378151260503 * t48 - t38 * t55
-    # link 2 (arm2): force from link 1
-    t83 = 0.5 * alpha_2_z - 1.5 * (t20 - t62 - 0.25 * alpha_2_z)
-    # derivative: link 2 (arm2): force, before its turn
-    t85 = s_2 * (omega_2_z + 1.5 * (omega_2_z * 0.5 - c_2 * t58))
-    t91 = 1.5 * (s_2 * (t62 + 0.4 * (s_2 * w_1_zz)) - c_2 * t67)
-    t92 = c_2 * (t27 - 1.5 * (a_3b_x + t61)) + s_2 * t83 - t91
-    # derivative of effort
-    t97 = t67 * -0.875
+    t51 = c_2 * (qd_1 * qd_1) - s_2 * t46
     # solve: L D L^T
-    t102 = t54 * (t38 * t97 + (0.4 * t92 - t97))
-    t106 = t67 * 1.176470588235294 - t38 * t102
-    # derivative of effort
-    t108 = t66 * -0.875
-    # solve: L D L^T
-    t112 = t38 * t108 + (0.4 * (t85 + 1.5 * (c_2 * t66)) - t108)
-    t113 = t54 * t112
-    t116 = t66 * 1.176470588235294 - t38 * t113
-    t121 = t54 * (s_2 * omega_2_z) * 0.7000000000000001
-    t122 = t38 * t121
+    t58 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t33 - t23 * t46)
+    t64 = 0.875 * t58 - 0.35000000000000003 * t51 - t23 * (t51 * -0.35000000000000003)
+    t65 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
+    t67 = t45 * (t64 + t65)
+    t71 = t23 * t67 + t51 * 0.4705882352941176
+    t78 = t45 * ((t17 + t9 * t23) * 0.7000000000000001)
+    t82 = t23 * t78 + t9 * 0.9411764705882353
+    t87 = t35 * t45 * 1.75
+    t88 = t23 * t87
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4241,19 +4294,19 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     out[30 * S + k] = 0.0
     out[31 * S + k] = 1.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t102
+    out[33 * S + k] = t67
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t113
-    out[37 * S + k] = t121
+    out[36 * S + k] = t78
+    out[37 * S + k] = t87
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = t106
+    out[41 * S + k] = -t71
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
-    out[44 * S + k] = t116
-    out[45 * S + k] = -t122
+    out[44 * S + k] = -t82
+    out[45 * S + k] = -t88
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -4265,11 +4318,11 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     out[54 * S + k] = 0.0
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
-    out[57 * S + k] = t102 + t106
+    out[57 * S + k] = t67 - t71
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
-    out[60 * S + k] = t113 + t116
-    out[61 * S + k] = t121 - t122
+    out[60 * S + k] = t78 - t82
+    out[61 * S + k] = t87 - t88
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
 
@@ -4282,7 +4335,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(64)
-    _state_derivative_state_jacobian(x, u, out, 0, 1)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((8, 8))
 
 
@@ -4295,7 +4348,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4303,26 +4356,24 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 76:
         raise ValueError("state_derivative_state_jacobian_packed takes 76 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:8], both[8:12], both[12:], 0, 1)
+    _state_derivative_state_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(2048)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(64):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(2432)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:2432]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 64, 8):
+                _scatter(out, 64, min(i, 56), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4333,8 +4384,8 @@ def state_derivative_state_jacobian_batch(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 64))
-    _state_derivative_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 64)
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 8, 8))
 
 
@@ -4348,7 +4399,9 @@ def state_derivative_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 8, 8):
         raise ValueError("out must have the shape (states, 8, 8)")
-    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 64)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4359,8 +4412,10 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 64))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 64)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 8))
@@ -4375,11 +4430,12 @@ def state_derivative_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 4 rows")
     count = x.shape[1]
     out = np.empty((64, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(2048)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(2432)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:2432]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4388,17 +4444,17 @@ def state_derivative_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(64):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((8, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
@@ -4416,87 +4472,56 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
+    p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t19 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
-    # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
-    # derivative: link 2 (arm2): acceleration of its joint
-    t31 = p_arm1_dh_a * qd_1
-    # link 2 (arm2): acceleration of its joint
-    t32 = qd_1 * t31
-    # link 2 (arm2): acceleration
-    t33 = c_2 * t32
-    a_2r_y = s_2 * t32
+    t24 = p_arm1_mass * (p_arm1_com_x + p_arm1_dh_a)
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_y = p_arm1_dh_a * c_2
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 2 (arm2): Newton, inertial force
-    t37 = J_2_x1 * w_2_zz
-    # link 2 (arm2): Euler, inertial moment
-    N_2_z = J_2_x1 * a_2r_y
-    # link 3 (quill): acceleration of its joint
-    t40 = t33 + p_arm2_dh_a * w_2_zz
-    # link 3 (quill): Newton, inertial force
-    f_2_y = J_3_11 * a_2r_y
-    # link 2 (arm2): moment, in frame 1
-    t48 = p_arm1_dh_a * (s_2 * (t37 + J_3_11 * t40) - c_2 * f_2_y)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = p_arm1_dh_a * s_2
     # solve: L D L^T
-    t51 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t52 = p_arm2_dh_a * C_2_x1 + t51
-    t53 = p_arm1_dh_a * m_2_2_f_y + t52
-    t54 = 1.0 / t52
-    t55 = t53 * t54
-    t61 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t19 + m_2_2_f_y)
-    t65 = p_arm1_com_x * t19 + (p_arm1_inertia_zz + t53 - t53 * t55)
-    t68 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
-    t69 = u_2 + t68
-    t74 = 1.0 / (p_arm1_dh_a * t61 + t65)
-    t75 = (t68 + (u_1 + t48) - t55 * t69) * t74
-    # derivative: link 2 (arm2): acceleration of its joint
-    t79 = t31 * -2.0
-    # link 2 (arm2): acceleration
-    t81 = p_arm1_dh_a * s_2
-    t82 = t75 * t81
-    # derivative: link 2 (arm2): acceleration
-    t83 = s_2 * t79
-    t84 = t33 - t82
-    # derivative: link 2 (arm2): products of angular velocity
-    t86 = omega_2_z * 2.0
-    # link 2 (arm2): angular acceleration
-    alpha_2_z = t75 + t54 * t69 - t55 * t75
-    # derivative: link 2 (arm2): Newton, inertial force
-    t89 = J_2_x1 * t86
-    # derivative: link 3 (quill): acceleration of its joint
-    t91 = p_arm2_dh_a * t86
-    # derivative: link 3 (quill): Newton, inertial force
-    t97 = J_3_11 * t84
-    # derivative: link 2 (arm2): force, before its turn
-    t109 = alpha_2_z * (s_2 * C_2_x1) + c_2 * (t37 + J_3_11 * (t40 - t82) - t97)
-    t110 = s_2 * (t89 - J_3_11 * (c_2 * t79 - t91)) + t83 * (J_3_11 * c_2)
-    # derivative of effort
-    t113 = J_2_x1 * t84 + p_arm2_dh_a * t97
+    t34 = qd_2 * x0_1_2_vr_x
+    # link 1 (arm1): composite body: flow of its moments
+    t35 = h_2_x * t34
+    # link 2 (arm2): Coriolis terms
+    t38 = omega_2_z * h_2_x * 2.0
+    t39 = h_2_x * x0_1_2_vr_x
+    C_2_c_z = 2.0 * (qd_1 * t39)
+    t43 = x0_1_2_vr_y * h_2_x
+    t45 = p_flange_inertia_zz + (p_quill_inertia_zz + p_arm2_inertia_zz)
+    t47 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t45)
     # solve: L D L^T
-    t117 = t74 * (t55 * t113 + (p_arm1_dh_a * t109 - t113))
-    t120 = t54 * t113 + t55 * t117
-    # derivative of effort
-    t123 = C_2_x1 * t83
+    t48 = p_flange_inertia_zz - t47
+    t49 = t43 - t48
+    t51 = 1.0 / t48
+    t52 = t49 * t51
+    t60 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t64 = p_arm1_com_x * t24 + (t49 * t52 + (p_arm1_inertia_zz - t48))
+    t70 = u_2 + u_4 - qd_1 * C_2_c_z * 0.5
+    t79 = t52 * t70 + (u_1 + u_4) + 0.5 * (t34 * t38 + 2.0 * (qd_1 * t35))
+    t80 = 1.0 / (p_arm1_dh_a * t60 + t64)
+    t81 = t79 * t80
+    # link 2 (arm2): change with its position
+    t88 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t81)
     # solve: L D L^T
-    t127 = t74 * (p_arm1_dh_a * t110 + t123 - t55 * t123)
-    t130 = t54 * t123 - t55 * t127
-    t133 = (t89 + J_3_11 * t91) * (t74 * t81)
-    t134 = t55 * t133
+    t94 = t88 - t39 * (t52 * t81 + (t81 - t51 * t70)) - t43 * (omega_2_z * omega_2_z)
+    t96 = t80 * (t52 * t88 + t94)
+    t100 = t51 * t88 - t52 * t96
+    t105 = t80 * (t35 * 2.0 - C_2_c_z * t52)
+    t108 = C_2_c_z * t51 + t52 * t105
+    t111 = t80 * (x0_1_2_vr_x * t38)
+    t112 = t52 * t111
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4530,19 +4555,19 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[30 * S + k] = 0.0
     out[31 * S + k] = 1.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t117
+    out[33 * S + k] = -t96
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t127
-    out[37 * S + k] = t133
+    out[36 * S + k] = t105
+    out[37 * S + k] = t111
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = -t120
+    out[41 * S + k] = t100
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
-    out[44 * S + k] = t130
-    out[45 * S + k] = -t134
+    out[44 * S + k] = t108
+    out[45 * S + k] = t112
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -4554,11 +4579,11 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[54 * S + k] = 0.0
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
-    out[57 * S + k] = t117 - t120
+    out[57 * S + k] = t100 - t96
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
-    out[60 * S + k] = t127 + t130
-    out[61 * S + k] = t133 - t134
+    out[60 * S + k] = t105 + t108
+    out[61 * S + k] = t111 + t112
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
 
@@ -4573,7 +4598,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(64)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 8))
 
 
@@ -4588,7 +4613,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4596,26 +4621,24 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 103:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 103 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _state_derivative_state_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(2048)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(64):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(2432)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:2432]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 64, 8):
+                _scatter(out, 64, min(i, 56), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4628,8 +4651,8 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 64))
-    _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 64)
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 8, 8))
 
 
@@ -4645,7 +4668,9 @@ def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 8, 8):
         raise ValueError("out must have the shape (states, 8, 8)")
-    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 64)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4658,8 +4683,10 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 64))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 64)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 8))
@@ -4676,11 +4703,12 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[1]
     out = np.empty((64, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(2048)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(2432)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:2432]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4689,27 +4717,27 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(64):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((8, 8, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian(x, u, out, k, S):
+def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t5 = c_2 * 0.35000000000000003
+    _, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t9 = c_2 * 0.35000000000000003
     # solve: L D L^T
-    t11 = t5 + 0.74375
+    t11 = t9 + 0.74375
     t13 = t11 * 1.3445378151260503
-    t18 = t5 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t11 * t13
-    t21 = 1.0 / (t18 + 2.1237500000000002)
+    t21 = 1.0 / (t9 + h_2b_x * 0.4 - t11 * t13 + 2.12375)
     t22 = t13 * t21
     t23 = -t22
     t25 = t13 * t22
@@ -4757,7 +4785,7 @@ def state_derivative_input_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(32)
-    _state_derivative_input_jacobian(x, u, out, 0, 1)
+    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((8, 4))
 
 
@@ -4770,7 +4798,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4778,26 +4806,24 @@ def state_derivative_input_jacobian_packed(both):
     """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("state_derivative_input_jacobian_packed takes 44 numbers: x, u, result")
-    _state_derivative_input_jacobian(both[0:8], both[8:12], both[12:], 0, 1)
+    _state_derivative_input_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4808,8 +4834,8 @@ def state_derivative_input_jacobian_batch(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 32))
-    _state_derivative_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 32)
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 8, 4))
 
 
@@ -4823,7 +4849,9 @@ def state_derivative_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 8, 4):
         raise ValueError("out must have the shape (states, 8, 4)")
-    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4834,8 +4862,10 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 4))
@@ -4850,11 +4880,12 @@ def state_derivative_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 4 rows")
     count = x.shape[1]
     out = np.empty((32, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4863,17 +4894,17 @@ def state_derivative_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((8, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
@@ -4887,34 +4918,33 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
+    _, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t17 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    t18 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
     # solve: L D L^T
     t28 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t29 = p_arm2_dh_a * C_2_x1 + t28
-    t30 = p_arm1_dh_a * m_2_2_f_y + t29
+    t29 = p_arm2_dh_a * h_2_x + t28
+    t30 = p_arm1_dh_a * h_2t_x + t29
     t31 = 1.0 / t29
     t32 = t30 * t31
-    t38 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t17 + m_2_2_f_y)
-    t42 = p_arm1_com_x * t17 + (p_arm1_inertia_zz + t30 - t30 * t32)
-    t44 = 1.0 / (p_arm1_dh_a * t38 + t42)
-    t45 = t32 * t44
-    t46 = -t45
-    t49 = t31 + t32 * t45
-    t53 = t44 * (t32 - 1.0)
-    t57 = t31 + t32 * t53
+    t40 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t18 + h_2t_x * 2.0)
+    t44 = p_arm1_com_x * t18 + (p_arm1_inertia_zz + t29 - t30 * t32)
+    t46 = 1.0 / (p_arm1_dh_a * t40 + t44)
+    t47 = t32 * t46
+    t48 = -t47
+    t51 = t31 + t32 * t47
+    t55 = t46 * (t32 - 1.0)
+    t59 = t31 + t32 * t55
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4931,22 +4961,22 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
-    out[16 * S + k] = t44
-    out[17 * S + k] = t46
+    out[16 * S + k] = t46
+    out[17 * S + k] = t48
     out[18 * S + k] = 0.0
-    out[19 * S + k] = -t53
-    out[20 * S + k] = t46
-    out[21 * S + k] = t49
+    out[19 * S + k] = -t55
+    out[20 * S + k] = t48
+    out[21 * S + k] = t51
     out[22 * S + k] = 0.0
-    out[23 * S + k] = t57
+    out[23 * S + k] = t59
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
     out[26 * S + k] = 1.0 / J_3_11
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t44 - t45
-    out[29 * S + k] = t49 - t45
+    out[28 * S + k] = t46 - t47
+    out[29 * S + k] = t51 - t47
     out[30 * S + k] = 0.0
-    out[31 * S + k] = t57 + (1.0 / p_flange_inertia_zz - t53)
+    out[31 * S + k] = t59 + (1.0 / p_flange_inertia_zz - t55)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4959,7 +4989,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(32)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 4))
 
 
@@ -4974,7 +5004,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4982,26 +5012,24 @@ def state_derivative_input_jacobian_p_packed(both):
     """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("state_derivative_input_jacobian_p_packed takes 71 numbers: x, u, p, result")
-    _state_derivative_input_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _state_derivative_input_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(32):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1408)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 32, 8):
+                _scatter(out, 32, min(i, 24), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5014,8 +5042,8 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 32))
-    _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 32)
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 8, 4))
 
 
@@ -5031,7 +5059,9 @@ def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 8, 4):
         raise ValueError("out must have the shape (states, 8, 4)")
-    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 32)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5044,8 +5074,10 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 32))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 32)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 4))
@@ -5062,11 +5094,12 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[1]
     out = np.empty((32, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(1024)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1408)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:1408]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5075,17 +5108,17 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(32):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((8, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -5093,9 +5126,7 @@ def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
     qdd_2 = qdd[1 * S + k]
     qdd_3 = qdd[2 * S + k]
     qdd_4 = qdd[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_2, c_2 = turns((q_2,))
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
@@ -5259,7 +5290,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
     out = np.empty(108)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((4, 27))
 
 
@@ -5274,7 +5305,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 108:
         raise ValueError("out must have 108 entries")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5282,29 +5313,26 @@ def inverse_dynamics_parameter_jacobian_packed(both):
     """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 120:
         raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 120 numbers: q, qd, qdd, result")
-    _inverse_dynamics_parameter_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1)
+    _inverse_dynamics_parameter_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(3456)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(108):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(3840)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3840]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 108, 8):
+                _scatter(out, 108, min(i, 100), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5317,8 +5345,8 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 108))
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 108)
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 27))
 
 
@@ -5334,7 +5362,9 @@ def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 4, 27):
         raise ValueError("out must have the shape (states, 4, 27)")
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 108)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5347,8 +5377,11 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 108))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 108)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 27))
@@ -5365,12 +5398,13 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((108, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(3456)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(3840)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3840]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5383,17 +5417,17 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(108):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 27, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -5410,6 +5444,7 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     p_arm2_com_x = p[12]
     p_quill_mass = p[17]
     p_flange_mass = p[22]
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # derivative: link 2 (arm2): base parameters
@@ -5422,9 +5457,6 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     t25 = p_arm1_dh_a + p_arm1_com_x
     t28 = p_arm1_com_x * p_arm1_com_x + p_arm1_dh_a * (p_arm1_com_x + t25)
     t31 = p_arm1_mass * t25 * 2.0
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
@@ -5600,7 +5632,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(108)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((4, 27))
 
 
@@ -5617,7 +5649,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 108:
         raise ValueError("out must have 108 entries")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5625,29 +5657,26 @@ def inverse_dynamics_parameter_jacobian_p_packed(both):
     """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 147:
         raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 147 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_parameter_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(3456)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(4):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(108):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(3840)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3840]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+            _gather(qdd, 4, 0, 4, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 108, 8):
+                _scatter(out, 108, min(i, 100), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5662,8 +5691,8 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 108))
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 108)
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 27))
 
 
@@ -5681,7 +5710,9 @@ def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 27):
         raise ValueError("out must have the shape (states, 4, 27)")
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 108)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5696,8 +5727,11 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 108))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 108)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 27))
@@ -5716,12 +5750,13 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((108, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    qdd_ = np.zeros(128)
-    block = np.empty(3456)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(3840)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    qdd_ = tile[256:384]
+    out_ = tile[384:3840]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -5734,17 +5769,17 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(108):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 27, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian(x, u, out, k, S):
+def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
@@ -5752,11 +5787,11 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     u_2 = u[1 * S + k]
     u_3 = u[2 * S + k]
     u_4 = u[3 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): effort when joint 2 is accelerated
-    t10 = c_2 * 0.35000000000000003
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t14 = c_2 * 0.35000000000000003
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
@@ -5773,13 +5808,12 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     # link 2 (arm2): force from link 1
     t28 = w_2_zz * 0.5
     # solve: L D L^T
-    t39 = t10 + 0.74375
+    t39 = t14 + 0.74375
     t41 = t39 * 1.3445378151260503
-    t46 = t10 + (c_2 * 0.875 + 0.6000000000000001) * 0.4 - t39 * t41
     t50 = u_4 + 0.875 * t21
     t51 = u_2 + t50
     t53 = (s_2 * (a_3b_x * 1.5 - t28) - 1.5 * (c_2 * t21)) * 0.4
-    t57 = 1.0 / (t46 + 2.1237500000000002)
+    t57 = 1.0 / (t14 + h_2b_x * 0.4 - t39 * t41 + 2.12375)
     t58 = (t50 + (u_1 - t53) - t41 * t51) * t57
     # link 2 (arm2): acceleration of its joint
     a_2b_y = 0.4 * t58
@@ -5809,28 +5843,29 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     t111 = c_2 * (0.5 * alpha_2_z - t87) + (t58 * 6.8 - s_2 * (t28 - 1.5 * t81))
     t112 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t58) - c_2 * t69)
     t116 = t57 * (t41 * t106 + (t111 - t112 - t106))
-    t121 = t41 * t116 - t69 * 1.176470588235294
-    t128 = t57 * (t93 - t100 * 2.6 - t41 * t93)
-    t132 = t41 * t128 - 1.3445378151260503 * t93
-    t134 = t57 * t58
-    t136 = t134 * -0.04000000000000001
-    t137 = t41 * t136
-    t141 = t134 * -2.8000000000000003
-    t142 = t41 * t141
-    t146 = t41 * t134
-    t154 = t58 * 0.16000000000000003 - t77 - t100 * 0.04000000000000001
-    t156 = t57 * (t41 * t77 + t154)
-    t160 = t41 * t156 + 1.3445378151260503 * t77
-    t167 = t57 * (t80 + t100 * 2.0 - t41 * t80)
-    t170 = 1.3445378151260503 * t80 - t41 * t167
-    t174 = t57 * (alpha_2_z - t41 * alpha_2_z)
-    t175 = -t174
-    t178 = t41 * t174 - 1.3445378151260503 * alpha_2_z
-    t179 = t178 - t174
-    t184 = t57 * (t84 - 0.4 * (s_2 * t81 - c_2 * t83) - t41 * t84)
-    t190 = ((u_3 + 14.715) * 0.6666666666666666 - 9.81) * -0.6666666666666666
-    t194 = t83 * 0.3361344537815126 - t41 * t184
-    t195 = t184 + t194
+    t118 = t41 * t116
+    t120 = t69 * 1.176470588235294
+    t130 = t57 * (t93 - t100 * 2.6 - t41 * t93)
+    t134 = t41 * t130 - 1.3445378151260503 * t93
+    t136 = t57 * t58
+    t138 = t136 * -0.04000000000000001
+    t139 = t41 * t138
+    t143 = t136 * -2.8000000000000003
+    t144 = t41 * t143
+    t148 = t41 * t136
+    t156 = t58 * 0.16000000000000003 - t77 - t100 * 0.04000000000000001
+    t158 = t57 * (t41 * t77 + t156)
+    t162 = t41 * t158 + 1.3445378151260503 * t77
+    t169 = t57 * (t80 + t100 * 2.0 - t41 * t80)
+    t172 = 1.3445378151260503 * t80 - t41 * t169
+    t176 = t57 * (alpha_2_z - t41 * alpha_2_z)
+    t177 = -t176
+    t180 = t41 * t176 - 1.3445378151260503 * alpha_2_z
+    t181 = t180 - t176
+    t186 = t57 * (t84 - 0.4 * (s_2 * t81 - c_2 * t83) - t41 * t84)
+    t192 = ((u_3 + 14.715) * 0.6666666666666666 - 9.81) * -0.6666666666666666
+    t196 = t83 * 0.3361344537815126 - t41 * t186
+    t197 = t186 + t196
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5942,53 +5977,53 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
     out[110 * S + k] = -t116
-    out[111 * S + k] = -t128
+    out[111 * S + k] = -t130
     out[112 * S + k] = 0.0
-    out[113 * S + k] = t136
-    out[114 * S + k] = t141
+    out[113 * S + k] = t138
+    out[114 * S + k] = t143
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -t134
-    out[119 * S + k] = -t156
-    out[120 * S + k] = t167
+    out[118 * S + k] = -t136
+    out[119 * S + k] = -t158
+    out[120 * S + k] = t169
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t175
-    out[125 * S + k] = t184
+    out[124 * S + k] = t177
+    out[125 * S + k] = t186
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t175
-    out[130 * S + k] = t184
+    out[129 * S + k] = t177
+    out[130 * S + k] = t186
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
     out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = t121
-    out[138 * S + k] = t132
+    out[137 * S + k] = t118 - t120
+    out[138 * S + k] = t134
     out[139 * S + k] = 0.0
-    out[140 * S + k] = -t137
-    out[141 * S + k] = -t142
+    out[140 * S + k] = -t139
+    out[141 * S + k] = -t144
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = t146
-    out[146 * S + k] = t160
-    out[147 * S + k] = t170
+    out[145 * S + k] = t148
+    out[146 * S + k] = t162
+    out[147 * S + k] = t172
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t178
-    out[152 * S + k] = t194
+    out[151 * S + k] = t180
+    out[152 * S + k] = t196
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t178
-    out[157 * S + k] = t194
+    out[156 * S + k] = t180
+    out[157 * S + k] = t196
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
@@ -6010,39 +6045,39 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t190
+    out[179 * S + k] = t192
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t190
+    out[184 * S + k] = t192
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = t121 - t116
-    out[192 * S + k] = t132 - t128
+    out[191 * S + k] = -(t116 + (t120 - t118))
+    out[192 * S + k] = t134 - t130
     out[193 * S + k] = 0.0
-    out[194 * S + k] = t136 - t137
-    out[195 * S + k] = t141 - t142
+    out[194 * S + k] = t138 - t139
+    out[195 * S + k] = t143 - t144
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = t146 - t134
-    out[200 * S + k] = t160 - t156
-    out[201 * S + k] = t167 + t170
+    out[199 * S + k] = t148 - t136
+    out[200 * S + k] = t162 - t158
+    out[201 * S + k] = t169 + t172
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = t179
-    out[206 * S + k] = t195
+    out[205 * S + k] = t181
+    out[206 * S + k] = t197
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = t179
-    out[211 * S + k] = t195
+    out[210 * S + k] = t181
+    out[211 * S + k] = t197
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
@@ -6057,7 +6092,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(216)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((8, 27))
 
 
@@ -6070,7 +6105,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 216:
         raise ValueError("out must have 216 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6078,26 +6113,24 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 228:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 228 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:8], both[8:12], both[12:], 0, 1)
+    _state_derivative_parameter_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(6912)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(216):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(7296)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:7296]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 216, 8):
+                _scatter(out, 216, min(i, 208), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6108,8 +6141,8 @@ def state_derivative_parameter_jacobian_batch(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 216))
-    _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 216)
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 8, 27))
 
 
@@ -6123,7 +6156,9 @@ def state_derivative_parameter_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 8, 27):
         raise ValueError("out must have the shape (states, 8, 27)")
-    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 216)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6134,8 +6169,10 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     if u.shape[1] != 4 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 4 columns")
     count = x.shape[0]
-    out = np.empty((count, 216))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 216)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 27))
@@ -6150,11 +6187,12 @@ def state_derivative_parameter_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 4 rows")
     count = x.shape[1]
     out = np.empty((216, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(6912)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(7296)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:7296]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -6163,19 +6201,18 @@ def state_derivative_parameter_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(216):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((8, 27, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
-    q_4 = x[3 * S + k]
     qd_1 = x[4 * S + k]
     qd_2 = x[5 * S + k]
     u_1 = u[0 * S + k]
@@ -6190,159 +6227,137 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     p_arm1_inertia_zz = p[10]
     p_arm2_mass = p[11]
     p_arm2_com_x = p[12]
-    p_arm2_inertia_xx = p[14]
-    p_arm2_inertia_yy = p[15]
     p_arm2_inertia_zz = p[16]
     p_quill_mass = p[17]
-    p_quill_inertia_xx = p[19]
-    p_quill_inertia_yy = p[20]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
-    p_flange_inertia_xx = p[24]
-    p_flange_inertia_yy = p[25]
     p_flange_inertia_zz = p[26]
-    # link 4 (flange): base parameters
-    t26 = (p_flange_inertia_xx - p_flange_inertia_yy) * 0.5
-    t27 = p_flange_inertia_zz * 0.5
-    J_4_xx = t27 - t26
-    t29 = t26 + t27
+    s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # derivative: link 2 (arm2): base parameters
-    t31 = p_arm2_dh_a + p_arm2_com_x
+    t20 = p_arm2_dh_a + p_arm2_com_x
     # link 2 (arm2): base parameters
-    J_2_x1 = p_arm2_mass * t31
+    J_2_x1 = p_arm2_mass * t20
     # derivative: link 1 (arm1): base parameters
-    t33 = p_arm1_dh_a + p_arm1_com_x
+    t22 = p_arm1_dh_a + p_arm1_com_x
     # link 1 (arm1): base parameters
-    t34 = p_arm1_mass * t33
-    t35 = p_arm1_dh_a * p_arm1_dh_a
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 4 (flange): rotation
-    c_4 = _cos(q_4)
-    s_4 = _sin(q_4)
-    # link 4 (flange): effort when joint 4 is accelerated
-    M_4_4 = J_4_xx + t29
-    # link 4 (flange): composite body, before its turn
-    t42 = c_4 * c_4
-    t44 = s_4 * s_4
-    # link 3 (quill): effort when joint 3 is accelerated
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
+    t23 = p_arm1_mass * t22
+    t24 = p_arm1_dh_a * p_arm1_dh_a
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    t50 = p_arm2_com_x * t31
-    C_2_x1 = J_2_x1 + m_3_3_b_y
-    t55 = p_quill_inertia_xx + (p_arm2_inertia_xx - p_arm2_inertia_yy)
-    t57 = 0.5 * (t55 - p_quill_inertia_yy)
-    t61 = p_arm2_dh_a * C_2_x1 + (p_arm2_mass * t50 + (J_4_xx * t42 + t29 * t44))
-    t63 = 0.5 * (p_arm2_inertia_zz + p_quill_inertia_zz)
-    C_2_xx = t61 - t57 + t63
-    t67 = t57 + (t63 + (t29 * t42 + J_4_xx * t44))
-    # link 2 (arm2): effort when joint 2 is accelerated
-    m_2_2_f_y = c_2 * C_2_x1
-    t69 = p_arm1_dh_a * m_2_2_f_y
+    t27 = p_arm2_com_x * t20
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
-    t75 = p_arm1_dh_a * w_1_zz
+    t39 = p_arm1_dh_a * w_1_zz
     # link 2 (arm2): acceleration
-    a_2r_y = s_2 * t75
+    a_2r_y = s_2 * t39
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
     w_2_zz = omega_2_z * omega_2_z
     # link 2 (arm2): Newton, inertial force
-    t80 = J_2_x1 * w_2_zz
+    t44 = J_2_x1 * w_2_zz
     # link 2 (arm2): Euler, inertial moment
     N_2_z = J_2_x1 * a_2r_y
     # link 3 (quill): acceleration of its joint
-    t83 = c_2 * t75 + p_arm2_dh_a * w_2_zz
+    t47 = c_2 * t39 + p_arm2_dh_a * w_2_zz
     # link 3 (quill): Newton, inertial force
     f_2_y = J_3_11 * a_2r_y
     # link 2 (arm2): moment, in frame 1
-    t92 = p_arm1_dh_a * (s_2 * (t80 + J_3_11 * t83) - c_2 * f_2_y)
+    t56 = p_arm1_dh_a * (s_2 * (t44 + J_3_11 * t47) - c_2 * f_2_y)
     # solve: L D L^T
-    t96 = M_4_4 - C_2_xx - t67
-    t97 = t69 - t96
-    t98 = 1.0 / t96
-    t99 = t97 * t98
-    t101 = C_2_xx + t67
-    t106 = p_arm1_com_x * t33
-    t110 = p_arm1_dh_a * (t34 + (p_arm1_dh_a * J_3_11 + m_2_2_f_y))
-    t113 = t69 + (p_arm1_inertia_zz + p_arm2_mass * t35 - M_4_4)
-    t116 = c_2 * (c_2 * t101) + (s_2 * (s_2 * t101) + (t97 * t99 + t113))
-    t120 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
-    t121 = u_2 + t120
-    t126 = 1.0 / (t110 + (p_arm1_mass * t106 + t116))
-    t127 = (t99 * t121 + (t120 + (u_1 + t92))) * t126
-    t129 = 1.0 / J_3_11
-    t131 = 1.0 / M_4_4
+    t60 = p_arm2_mass * t27 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t61 = p_arm2_dh_a * h_2_x + t60
+    t62 = p_arm1_dh_a * h_2t_x + t61
+    t63 = 1.0 / t61
+    t64 = t62 * t63
+    t66 = p_arm1_com_x * t22
+    t72 = p_arm1_dh_a * (p_arm1_dh_a * J_3_11 + (t23 + h_2t_x * 2.0))
+    t75 = t61 + (p_arm1_inertia_zz + p_arm2_mass * t24) - t62 * t64
+    t79 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
+    t80 = u_2 + t79
+    t85 = 1.0 / (t72 + (p_arm1_mass * t66 + t75))
+    t86 = (t79 + (u_1 + t56) - t64 * t80) * t85
+    t88 = 1.0 / J_3_11
+    t90 = 1.0 / p_flange_inertia_zz
     # link 2 (arm2): acceleration of its joint
-    a_2b_y = p_arm1_dh_a * t127
+    a_2b_y = p_arm1_dh_a * t86
     # link 2 (arm2): acceleration
-    t148 = a_2r_y + c_2 * a_2b_y
+    t107 = a_2r_y + c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t149 = s_2 * w_1_zz + c_2 * t127
+    t108 = s_2 * w_1_zz + c_2 * t86
     # link 2 (arm2): angular acceleration
-    alpha_2_z = t99 * t127 + (t127 - t98 * t121)
+    alpha_2_z = t86 + t63 * t80 - t64 * t86
     # derivative: link 2 (arm2): Newton, inertial force
-    t152 = p_arm2_mass * w_2_zz
+    t111 = p_arm2_mass * w_2_zz
     # link 2 (arm2): Newton, inertial force
     F_2_y = J_2_x1 * alpha_2_z
     # derivative: link 2 (arm2): Newton, inertial force
-    t154 = p_arm2_mass * alpha_2_z
+    t113 = p_arm2_mass * alpha_2_z
     # derivative: link 2 (arm2): Euler, inertial moment
-    t159 = (t50 + p_arm2_dh_a * t31) * alpha_2_z + t31 * t148
-    t162 = p_arm2_mass * t148 + F_2_y * 2.0
+    t118 = (t27 + p_arm2_dh_a * t20) * alpha_2_z + t20 * t107
+    t120 = p_arm2_mass * t107 + 2.0 * F_2_y
     # link 3 (quill): acceleration of its joint
-    t163 = t83 - s_2 * a_2b_y
-    a_3b_y = t148 + p_arm2_dh_a * alpha_2_z
+    t121 = t47 - s_2 * a_2b_y
+    a_3b_y = t107 + p_arm2_dh_a * alpha_2_z
     # link 3 (quill): Newton, inertial force
-    t168 = J_3_11 * a_3b_y
+    t126 = J_3_11 * a_3b_y
     # derivative: link 3 (quill): Newton, inertial force
-    t169 = J_3_11 * t149
-    t170 = J_3_11 * alpha_2_z
+    t127 = J_3_11 * t108
+    t128 = J_3_11 * alpha_2_z
     # derivative: link 3 (quill): moment, in frame 2
-    t171 = p_arm2_dh_a * a_3b_y
+    t129 = p_arm2_dh_a * a_3b_y
     # derivative: link 2 (arm2): moment from link 1
-    t179 = p_arm2_dh_a * t170 + (t162 + t168)
+    t137 = p_arm2_dh_a * t128 + (t120 + t126)
     # derivative: link 2 (arm2): force, before its turn
-    t195 = s_2 * (t152 + J_3_11 * w_2_zz) - c_2 * (t154 + t170)
-    t197 = (c_2 * w_1_zz - s_2 * t127) * (J_3_11 * s_2) - c_2 * t169
+    t153 = s_2 * (t111 + J_3_11 * w_2_zz) - c_2 * (t113 + t128)
+    t155 = (c_2 * w_1_zz - s_2 * t86) * (s_2 * J_3_11) - c_2 * t127
     # derivative: link 2 (arm2): moment, in frame 1
-    t199 = (s_2 * w_2_zz - c_2 * alpha_2_z) * (p_arm1_dh_a * t31)
+    t157 = (s_2 * w_2_zz - c_2 * alpha_2_z) * (p_arm1_dh_a * t20)
     # derivative of effort
-    t204 = J_2_x1 * t149 + p_arm2_dh_a * t169
+    t162 = J_2_x1 * t108 + p_arm2_dh_a * t127
     # solve: L D L^T
-    t208 = p_arm1_dh_a * t197 + (s_2 * (t80 + J_3_11 * t163) - c_2 * (F_2_y + t168))
-    t212 = t208 - t204 - t99 * t204 - 2.0 * (t127 * (t34 + p_arm1_dh_a * p_arm2_mass))
-    t213 = t126 * t212
-    t216 = t98 * t204 + t99 * t213
-    t221 = t126 * (t99 * t179 + (t179 - p_arm1_dh_a * t195))
-    t225 = t98 * t179 - t99 * t221
-    t227 = t126 * t127
-    t228 = (t106 + p_arm1_dh_a * t33) * t227
-    t230 = t99 * t228
-    t235 = t127 * (t34 * t126)
-    t238 = t235 * -2.0
-    t239 = t99 * (2.0 * t235)
-    t243 = t99 * t227
-    t251 = t126 * (t99 * t159 + (t35 * t127 + t159 - t199))
-    t255 = t98 * t159 - t99 * t251
-    t259 = t99 * t162 + (t162 - p_arm1_dh_a * (s_2 * t152 - c_2 * t154))
-    t260 = t126 * t259
-    t264 = t98 * t162 - t99 * t260
-    t268 = t126 * (alpha_2_z + t99 * alpha_2_z)
-    t269 = -t268
-    t272 = t98 * alpha_2_z - t99 * t268
-    t273 = t272 - t268
-    t277 = t99 * t171 + (t171 - p_arm1_dh_a * (s_2 * t163 - c_2 * a_3b_y))
-    t278 = t126 * t277
-    t279 = -t278
-    t281 = t129 * (p_g - (u_3 + J_3_11 * p_g) * t129)
-    t283 = t98 * t171 - t99 * t278
-    t284 = t283 - t278
+    t166 = p_arm1_dh_a * t155 + (s_2 * (t44 + J_3_11 * t121) - c_2 * (F_2_y + t126))
+    t170 = t64 * t162 + (t166 - t162) - 2.0 * (t86 * (t23 + p_arm1_dh_a * p_arm2_mass))
+    t171 = t85 * t170
+    t174 = t63 * t162 + t64 * t171
+    t180 = t85 * (t137 - p_arm1_dh_a * t153 - t64 * t137)
+    t182 = t63 * t137
+    t183 = t64 * t180
+    t187 = t85 * t86
+    t188 = (t66 + p_arm1_dh_a * t22) * t187
+    t190 = t64 * t188
+    t193 = t86 * (t23 * t85)
+    t194 = 2.0 * t193
+    t197 = t64 * t194
+    t200 = t64 * t187
+    t206 = t85 * (t24 * t86 + t118 - t157 - t64 * t118)
+    t208 = t63 * t118
+    t209 = t64 * t206
+    t215 = t120 - p_arm1_dh_a * (s_2 * t111 - c_2 * t113) - t64 * t120
+    t216 = t85 * t215
+    t218 = t63 * t120
+    t219 = t64 * t216
+    t225 = t85 * (alpha_2_z - t64 * alpha_2_z)
+    t226 = -t225
+    t227 = t63 * alpha_2_z
+    t228 = t64 * t225
+    t229 = t228 - t227
+    t231 = t228 - t225 - t227
+    t235 = t129 - p_arm1_dh_a * (s_2 * t121 - c_2 * a_3b_y) - t64 * t129
+    t236 = t85 * t235
+    t237 = -t236
+    t238 = t63 * t129
+    t239 = t88 * (p_g - (u_3 + J_3_11 * p_g) * t88)
+    t240 = t64 * t236
+    t241 = t240 - t238
+    t243 = t240 - t236 - t238
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -6453,54 +6468,54 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = t213
-    out[111 * S + k] = -t221
+    out[110 * S + k] = t171
+    out[111 * S + k] = -t180
     out[112 * S + k] = 0.0
-    out[113 * S + k] = -t228
-    out[114 * S + k] = t238
+    out[113 * S + k] = -t188
+    out[114 * S + k] = t193 * -2.0
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -t227
-    out[119 * S + k] = -t251
-    out[120 * S + k] = -t260
+    out[118 * S + k] = -t187
+    out[119 * S + k] = -t206
+    out[120 * S + k] = -t216
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t269
-    out[125 * S + k] = t279
+    out[124 * S + k] = t226
+    out[125 * S + k] = t237
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t269
-    out[130 * S + k] = t279
+    out[129 * S + k] = t226
+    out[130 * S + k] = t237
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
     out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = t216
-    out[138 * S + k] = t225
+    out[137 * S + k] = -t174
+    out[138 * S + k] = t183 - t182
     out[139 * S + k] = 0.0
-    out[140 * S + k] = -t230
-    out[141 * S + k] = -t239
+    out[140 * S + k] = t190
+    out[141 * S + k] = t197
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = -t243
-    out[146 * S + k] = t255
-    out[147 * S + k] = t264
+    out[145 * S + k] = t200
+    out[146 * S + k] = t209 - t208
+    out[147 * S + k] = t219 - t218
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t272
-    out[152 * S + k] = t283
+    out[151 * S + k] = t229
+    out[152 * S + k] = t241
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t272
-    out[157 * S + k] = t283
+    out[156 * S + k] = t229
+    out[157 * S + k] = t241
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
@@ -6522,43 +6537,43 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t281
+    out[179 * S + k] = t239
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t281
+    out[184 * S + k] = t239
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = t213 + t216
-    out[192 * S + k] = t225 - t221
+    out[191 * S + k] = t171 - t174
+    out[192 * S + k] = t183 - t180 - t182
     out[193 * S + k] = 0.0
-    out[194 * S + k] = -(t228 + t230)
-    out[195 * S + k] = t238 - t239
+    out[194 * S + k] = t190 - t188
+    out[195 * S + k] = t197 - t194
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = -(t227 + t243)
-    out[200 * S + k] = t255 - t251
-    out[201 * S + k] = t264 - t260
+    out[199 * S + k] = t200 - t187
+    out[200 * S + k] = t209 - t206 - t208
+    out[201 * S + k] = t219 - t216 - t218
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = t273
-    out[206 * S + k] = t284
+    out[205 * S + k] = t231
+    out[206 * S + k] = t243
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = t273
-    out[211 * S + k] = t284
+    out[210 * S + k] = t231
+    out[211 * S + k] = t243
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
-    out[215 * S + k] = -(u_4 * (t131 * t131))
+    out[215 * S + k] = -(u_4 * (t90 * t90))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6571,7 +6586,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(216)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 27))
 
 
@@ -6586,7 +6601,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 216:
         raise ValueError("out must have 216 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6594,26 +6609,24 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 255:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 255 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1)
+    _state_derivative_parameter_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(6912)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(8):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(4):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(216):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(7296)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:7296]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 8, 0, 8, start + j, last - 1, x_, j)
+            _gather(u, 4, 0, 4, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 216, 8):
+                _scatter(out, 216, min(i, 208), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6626,8 +6639,8 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 216))
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 216)
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 8, 27))
 
 
@@ -6643,7 +6656,9 @@ def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 8, 27):
         raise ValueError("out must have the shape (states, 8, 27)")
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 216)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6656,8 +6671,10 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = x.shape[0]
-    out = np.empty((count, 216))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 216)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 8, 27))
@@ -6674,11 +6691,12 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 27 entries")
     count = x.shape[1]
     out = np.empty((216, count))
-    x_ = np.zeros(256)
-    u_ = np.zeros(128)
-    block = np.empty(6912)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(7296)
+    x_ = tile[0:256]
+    u_ = tile[256:384]
+    out_ = tile[384:7296]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(8):
             line = x[i, start:start + here]
             for j in range(here):
@@ -6687,37 +6705,33 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(216):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((8, 27, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics(q, out, k, S):
+def _forward_kinematics(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
     q_4 = q[3 * S + k]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
     # link 2 (arm2): orientation
-    t7 = q_1 + q_2
-    R_2_11 = _cos(t7)
-    R_2_21 = _sin(t7)
+    t3 = q_1 + q_2
+    # link 4 (flange): orientation
+    t4 = q_4 - t3
+    s_1, c_1, R_2_21, R_2_11, t22, R_4_11 = turns((q_1, t3, t4,))
     # link 3 (quill): origin of its joint
     x_3_x = c_1 * 0.4 + R_2_11 * 0.25
     x_3_y = s_1 * 0.4 + R_2_21 * 0.25
     # link 4 (flange): origin of its joint
     x_4_z = 0.125 - q_3
     # link 4 (flange): orientation
-    t20 = q_4 - t7
-    R_4_11 = _cos(t20)
-    R_4_12 = -_sin(t20)
+    R_4_12 = -t22
     R_4_22 = -R_4_11
     out[0 * S + k] = R_4_11
     out[1 * S + k] = R_4_12
@@ -6743,7 +6757,7 @@ def forward_kinematics(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1)
+    _forward_kinematics(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -6754,7 +6768,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics(q, out.ravel(), 0, 1)
+    _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6762,23 +6776,22 @@ def forward_kinematics_packed(both):
     """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 20:
         raise ValueError("forward_kinematics_packed takes 20 numbers: q, result")
-    _forward_kinematics(both[0:4], both[4:], 0, 1)
+    _forward_kinematics(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6787,8 +6800,8 @@ def forward_kinematics_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -6800,7 +6813,9 @@ def forward_kinematics_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6809,8 +6824,9 @@ def forward_kinematics_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -6823,25 +6839,26 @@ def forward_kinematics_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics_p(q, p, out, k, S):
+def _forward_kinematics_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -6850,25 +6867,21 @@ def _forward_kinematics_p(q, p, out, k, S):
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
     p_flange_dh_d = p[4]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    # link 2 (arm2): orientation
+    t3 = q_1 + q_2
+    # link 4 (flange): orientation
+    t4 = q_4 - t3
+    s_1, c_1, R_2_21, R_2_11, t24, R_4_11 = turns((q_1, t3, t4,))
     # link 2 (arm2): origin of its joint
     x_2_x = p_arm1_dh_a * c_1
     x_2_y = p_arm1_dh_a * s_1
-    # link 2 (arm2): orientation
-    t13 = q_1 + q_2
-    R_2_11 = _cos(t13)
-    R_2_21 = _sin(t13)
     # link 3 (quill): origin of its joint
     x_3_x = x_2_x + p_arm2_dh_a * R_2_11
     x_3_y = x_2_y + p_arm2_dh_a * R_2_21
     # link 4 (flange): origin of its joint
     x_4_z = p_arm1_dh_d - q_3 - p_flange_dh_d
     # link 4 (flange): orientation
-    t22 = q_4 - t13
-    R_4_11 = _cos(t22)
-    R_4_12 = -_sin(t22)
+    R_4_12 = -t24
     R_4_22 = -R_4_11
     out[0 * S + k] = R_4_11
     out[1 * S + k] = R_4_12
@@ -6896,7 +6909,7 @@ def forward_kinematics_p(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1)
+    _forward_kinematics_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -6909,7 +6922,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6917,23 +6930,22 @@ def forward_kinematics_p_packed(both):
     """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 47:
         raise ValueError("forward_kinematics_p_packed takes 47 numbers: q, p, result")
-    _forward_kinematics_p(both[0:4], both[4:31], both[31:], 0, 1)
+    _forward_kinematics_p(both[0:4], both[4:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6944,8 +6956,8 @@ def forward_kinematics_p_batch(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -6959,7 +6971,9 @@ def forward_kinematics_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6970,8 +6984,9 @@ def forward_kinematics_p_batch_parallel(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -6986,34 +7001,31 @@ def forward_kinematics_p_soa(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(640)
+    q_ = tile[0:128]
+    out_ = tile[128:640]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian(q, out, k, S):
+def _jacobian(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
     # link 2 (arm2): orientation
-    t5 = q_1 + q_2
-    R_2_11 = _cos(t5)
-    R_2_21 = _sin(t5)
+    t2 = q_1 + q_2
+    s_1, c_1, R_2_21, R_2_11 = turns((q_1, t2,))
     # link 3 (quill): origin of its joint
     r_2_x = R_2_11 * 0.25
     x_3_x = r_2_x + c_1 * 0.4
@@ -7049,7 +7061,7 @@ def jacobian(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(24)
-    _jacobian(q, out, 0, 1)
+    _jacobian(q, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -7060,7 +7072,7 @@ def jacobian_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian(q, out.ravel(), 0, 1)
+    _jacobian(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7068,23 +7080,22 @@ def jacobian_packed(both):
     """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 28:
         raise ValueError("jacobian_packed takes 28 numbers: q, result")
-    _jacobian(both[0:4], both[4:], 0, 1)
+    _jacobian(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7093,8 +7104,8 @@ def jacobian_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_rows(q, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7106,7 +7117,9 @@ def jacobian_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_rows(q, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7115,8 +7128,9 @@ def jacobian_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7129,39 +7143,36 @@ def jacobian_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_p(q, p, out, k, S):
+def _jacobian_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    # link 2 (arm2): orientation
+    t2 = q_1 + q_2
+    s_1, c_1, R_2_21, R_2_11 = turns((q_1, t2,))
     # link 2 (arm2): origin of its joint
     x_2_x = p_arm1_dh_a * c_1
     x_2_y = p_arm1_dh_a * s_1
-    # link 2 (arm2): orientation
-    t9 = q_1 + q_2
-    R_2_11 = _cos(t9)
-    R_2_21 = _sin(t9)
     # link 3 (quill): origin of its joint
     r_2_x = p_arm2_dh_a * R_2_11
     x_3_x = x_2_x + r_2_x
@@ -7200,7 +7211,7 @@ def jacobian_p(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(24)
-    _jacobian_p(q, p, out, 0, 1)
+    _jacobian_p(q, p, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -7213,7 +7224,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian_p(q, p, out.ravel(), 0, 1)
+    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7221,23 +7232,22 @@ def jacobian_p_packed(both):
     """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 55:
         raise ValueError("jacobian_p_packed takes 55 numbers: q, p, result")
-    _jacobian_p(both[0:4], both[4:31], both[31:], 0, 1)
+    _jacobian_p(both[0:4], both[4:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7248,8 +7258,8 @@ def jacobian_p_batch(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7263,7 +7273,9 @@ def jacobian_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_p_rows(q, p, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7274,8 +7286,9 @@ def jacobian_p_batch_parallel(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7290,36 +7303,33 @@ def jacobian_p_soa(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(896)
+    q_ = tile[0:128]
+    out_ = tile[128:896]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate(q, qd, out, k, S):
+def _jacobian_rate(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
     # link 2 (arm2): orientation
-    t6 = q_1 + q_2
-    R_2_11 = _cos(t6)
-    R_2_21 = _sin(t6)
+    t2 = q_1 + q_2
+    s_1, c_1, R_2_21, R_2_11 = turns((q_1, t2,))
     # link 3 (quill): origin of its joint
     r_2_x = R_2_11 * 0.25
     x_3_x = r_2_x + c_1 * 0.4
@@ -7364,7 +7374,7 @@ def jacobian_rate(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(24)
-    _jacobian_rate(q, qd, out, 0, 1)
+    _jacobian_rate(q, qd, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -7377,7 +7387,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7385,26 +7395,24 @@ def jacobian_rate_packed(both):
     """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 32:
         raise ValueError("jacobian_rate_packed takes 32 numbers: q, qd, result")
-    _jacobian_rate(both[0:4], both[4:8], both[8:], 0, 1)
+    _jacobian_rate(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7415,8 +7423,8 @@ def jacobian_rate_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_rate_rows(q, qd, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7430,7 +7438,9 @@ def jacobian_rate_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_rate_rows(q, qd, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7441,8 +7451,10 @@ def jacobian_rate_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7457,11 +7469,12 @@ def jacobian_rate_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7470,33 +7483,29 @@ def jacobian_rate_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate_p(q, qd, p, out, k, S):
+def _jacobian_rate_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    # link 2 (arm2): orientation
+    t2 = q_1 + q_2
+    s_1, c_1, R_2_21, R_2_11 = turns((q_1, t2,))
     # link 2 (arm2): origin of its joint
     x_2_x = p_arm1_dh_a * c_1
     x_2_y = p_arm1_dh_a * s_1
-    # link 2 (arm2): orientation
-    t10 = q_1 + q_2
-    R_2_11 = _cos(t10)
-    R_2_21 = _sin(t10)
     # link 3 (quill): origin of its joint
     r_2_x = p_arm2_dh_a * R_2_11
     x_3_x = x_2_x + r_2_x
@@ -7543,7 +7552,7 @@ def jacobian_rate_p(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(24)
-    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((6, 4))
 
 
@@ -7558,7 +7567,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7566,26 +7575,24 @@ def jacobian_rate_p_packed(both):
     """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 59:
         raise ValueError("jacobian_rate_p_packed takes 59 numbers: q, qd, p, result")
-    _jacobian_rate_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+    _jacobian_rate_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(24):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 24, 8):
+                _scatter(out, 24, min(i, 16), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7598,8 +7605,8 @@ def jacobian_rate_p_batch(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 24)
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 4))
 
 
@@ -7615,7 +7622,9 @@ def jacobian_rate_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 4):
         raise ValueError("out must have the shape (states, 6, 4)")
-    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 24)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7628,8 +7637,10 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 24))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 24)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
@@ -7646,11 +7657,12 @@ def jacobian_rate_p_soa(q, qd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((24, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(768)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1024)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:1024]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7659,26 +7671,21 @@ def jacobian_rate_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(24):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass(q, out, k, S):
+def _center_of_mass(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (arm2): all from here on: first moment, before its turn
     h_2t_y = s_2 * 0.875
     # link 1 (arm1): all from here on: first moment
@@ -7697,7 +7704,7 @@ def center_of_mass(q):
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
     out = np.empty(3)
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
     return out
 
 
@@ -7708,7 +7715,7 @@ def center_of_mass_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7716,23 +7723,21 @@ def center_of_mass_packed(both):
     """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 7:
         raise ValueError("center_of_mass_packed takes 7 numbers: q, result")
-    _center_of_mass(both[0:4], both[4:], 0, 1)
+    _center_of_mass(both[0:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_rows(q, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    q_ = tile[0:128]
+    out_ = tile[128:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7741,9 +7746,9 @@ def center_of_mass_batch(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7754,7 +7759,9 @@ def center_of_mass_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7763,11 +7770,12 @@ def center_of_mass_batch_parallel(q):
     if q.shape[1] != 4:
         raise ValueError("q must have 4 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7777,25 +7785,26 @@ def center_of_mass_soa(q):
         raise ValueError("q must have 4 rows, a column per state")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(128)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    q_ = tile[0:128]
+    out_ = tile[128:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass_p(q, p, out, k, S):
+def _center_of_mass_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     q_3 = q[2 * S + k]
@@ -7813,12 +7822,7 @@ def _center_of_mass_p(q, p, out, k, S):
     p_quill_com_z = p[18]
     p_flange_mass = p[22]
     p_flange_com_z = p[23]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 3 (quill): all from here on: mass
     m_3 = p_quill_mass + p_flange_mass
     # link 2 (arm2): all from here on: mass
@@ -7852,7 +7856,7 @@ def center_of_mass_p(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(3)
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -7865,7 +7869,7 @@ def center_of_mass_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7873,23 +7877,21 @@ def center_of_mass_p_packed(both):
     """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 34:
         raise ValueError("center_of_mass_p_packed takes 34 numbers: q, p, result")
-    _center_of_mass_p(both[0:4], both[4:31], both[31:], 0, 1)
+    _center_of_mass_p(both[0:4], both[4:31], both[31:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_p_rows(q, p, out, first, last):
-    q_ = np.zeros(128)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(224)
+    q_ = tile[0:128]
+    out_ = tile[128:224]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7900,9 +7902,9 @@ def center_of_mass_p_batch(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7915,7 +7917,9 @@ def center_of_mass_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7926,11 +7930,12 @@ def center_of_mass_p_batch_parallel(q, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7942,53 +7947,37 @@ def center_of_mass_p_soa(q, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(128)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(224)
+    q_ = tile[0:128]
+    out_ = tile[128:224]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix(q, qd, out, k, S):
+def _coriolis_matrix(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): velocity, before its turn
-    v_2t_y = qd_1 * 0.4
+    s_2, _ = turns((q_2,))
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): velocity of its frame
-    v_2_x = s_2 * v_2t_y
-    v_2_y = c_2 * v_2t_y
-    # link 2 (arm2): composite body: flow of its moments
-    K_2_t = v_2_x * 0.875
-    # link 2 (arm2): composite body: momentum
-    l_2_y = omega_2_z * 0.5 + (v_2_y + omega_2_z * 0.25) * 1.5
-    # link 2 (arm2): Coriolis terms
-    s_2_f_x = v_2_y * 1.5 - l_2_y
-    # link 2 (arm2): Coriolis terms with joint 2
-    s_2_2_b_z = 0.4 * (s_2 * s_2_f_x)
-    # link 1 (arm1): Coriolis terms
-    K_1_t = K_2_t - 0.4 * (s_2 * l_2_y - 1.5 * (c_2 * v_2_x))
-    out[0 * S + k] = K_1_t
-    out[1 * S + k] = s_2_2_b_z
+    out[0 * S + k] = qd_2 * s_2 * -0.35000000000000003
+    out[1 * S + k] = -0.35000000000000003 * (s_2 * omega_2_z)
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = K_2_t
+    out[4 * S + k] = qd_1 * s_2 * 0.35000000000000003
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
@@ -8010,7 +7999,7 @@ def coriolis_matrix(q, qd):
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
     out = np.empty(16)
-    _coriolis_matrix(q, qd, out, 0, 1)
+    _coriolis_matrix(q, qd, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -8023,7 +8012,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8031,26 +8020,24 @@ def coriolis_matrix_packed(both):
     """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 24:
         raise ValueError("coriolis_matrix_packed takes 24 numbers: q, qd, result")
-    _coriolis_matrix(both[0:4], both[4:8], both[8:], 0, 1)
+    _coriolis_matrix(both[0:4], both[4:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_rows(q, qd, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8061,8 +8048,8 @@ def coriolis_matrix_batch(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _coriolis_matrix_rows(q, qd, out, 0, count)
+    out = np.empty(count * 16)
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -8076,7 +8063,9 @@ def coriolis_matrix_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _coriolis_matrix_rows(q, qd, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8087,8 +8076,10 @@ def coriolis_matrix_batch_parallel(q, qd):
     if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 4 columns")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -8103,11 +8094,12 @@ def coriolis_matrix_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 4 rows")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -8116,17 +8108,17 @@ def coriolis_matrix_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix_p(q, qd, p, out, k, S):
+def _coriolis_matrix_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
@@ -8136,44 +8128,20 @@ def _coriolis_matrix_p(q, qd, p, out, k, S):
     p_arm2_com_x = p[12]
     p_quill_mass = p[17]
     p_flange_mass = p[22]
-    # link 3 (quill): base parameters
-    J_3_11 = p_quill_mass + p_flange_mass
-    # link 2 (arm2): base parameters
-    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (arm2): velocity, before its turn
-    v_2t_y = qd_1 * p_arm1_dh_a
+    s_2, _ = turns((q_2,))
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): velocity of its frame
-    v_2_x = s_2 * v_2t_y
-    v_2_y = c_2 * v_2t_y
-    # link 3 (quill): composite body: momentum
-    l_3_x = J_3_11 * v_2_x
-    # link 3 (quill): Coriolis terms with joint 3
-    m_3_3_b_y = p_arm2_dh_a * J_3_11
     # link 2 (arm2): composite body
-    h_2_x = J_2_x1 + m_3_3_b_y
-    # link 2 (arm2): composite body: flow of its moments
-    K_2_t = J_2_x1 * v_2_x + p_arm2_dh_a * l_3_x
-    # link 2 (arm2): composite body: momentum
-    l_2_y = J_3_11 * (v_2_y + p_arm2_dh_a * omega_2_z) + J_2_x1 * omega_2_z
-    # link 2 (arm2): Coriolis terms
-    s_2_n_z = K_2_t - v_2_x * h_2_x
-    # link 2 (arm2): Coriolis terms with joint 2
-    s_2_2_b_z = s_2_n_z - (l_2_y - J_3_11 * v_2_y) * (p_arm1_dh_a * s_2)
-    # link 2 (arm2): composite body, before its turn
-    l_2u_x = c_2 * l_3_x - s_2 * l_2_y
-    # link 1 (arm1): Coriolis terms
-    K_1_t = K_2_t + p_arm1_dh_a * l_2u_x
-    out[0 * S + k] = K_1_t
-    out[1 * S + k] = s_2_2_b_z
+    t14 = p_arm2_dh_a * (p_flange_mass + (p_arm2_mass + p_quill_mass))
+    h_2_x = p_arm2_mass * p_arm2_com_x + t14
+    # link 1 (arm1): composite body: flow of its moments
+    t17 = h_2_x * (p_arm1_dh_a * s_2)
+    out[0 * S + k] = -(qd_2 * t17)
+    out[1 * S + k] = -(omega_2_z * t17)
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = K_2_t
-    out[5 * S + k] = s_2_n_z
+    out[4 * S + k] = qd_1 * t17
+    out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
@@ -8196,7 +8164,7 @@ def coriolis_matrix_p(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(16)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -8211,7 +8179,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8219,26 +8187,24 @@ def coriolis_matrix_p_packed(both):
     """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 51:
         raise ValueError("coriolis_matrix_p_packed takes 51 numbers: q, qd, p, result")
-    _coriolis_matrix_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1)
+    _coriolis_matrix_p(both[0:4], both[4:8], both[8:35], both[35:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(4):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(qd, 4, 0, 4, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8251,8 +8217,8 @@ def coriolis_matrix_p_batch(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 16)
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -8268,7 +8234,9 @@ def coriolis_matrix_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8281,8 +8249,10 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -8299,11 +8269,12 @@ def coriolis_matrix_p_soa(q, qd, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(128)
-    qd_ = np.zeros(128)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(768)
+    q_ = tile[0:128]
+    qd_ = tile[128:256]
+    out_ = tile[256:768]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -8312,29 +8283,24 @@ def coriolis_matrix_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort(q, wrench, out, k, S):
+def _wrench_effort(q, wrench, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     w_1 = wrench[0 * S + k]
     w_2 = wrench[1 * S + k]
     w_3 = wrench[2 * S + k]
     w_6 = wrench[5 * S + k]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (arm1): force on the tool
     f_1_x = w_1 * c_1 + w_2 * s_1
     f_1_y = w_2 * c_1 - w_1 * s_1
@@ -8360,7 +8326,7 @@ def wrench_effort(q, wrench):
     if wrench.shape[0] != 6:
         raise ValueError("wrench must have 6 entries")
     out = np.empty(4)
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
     return out
 
 
@@ -8373,7 +8339,7 @@ def wrench_effort_into(q, wrench, out):
         raise ValueError("wrench must have 6 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8381,26 +8347,23 @@ def wrench_effort_packed(both):
     """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("wrench_effort_packed takes 14 numbers: q, wrench, result")
-    _wrench_effort(both[0:4], both[4:10], both[10:], 0, 1)
+    _wrench_effort(both[0:4], both[4:10], both[10:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_rows(q, wrench, out, first, last):
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8411,9 +8374,9 @@ def wrench_effort_batch(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _wrench_effort_rows(q, wrench, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8426,7 +8389,9 @@ def wrench_effort_batch_into(q, wrench, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _wrench_effort_rows(q, wrench, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8437,11 +8402,13 @@ def wrench_effort_batch_parallel(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8453,11 +8420,12 @@ def wrench_effort_soa(q, wrench):
         raise ValueError("wrench must have as many columns as q, and 6 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -8466,17 +8434,17 @@ def wrench_effort_soa(q, wrench):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort_p(q, wrench, p, out, k, S):
+def _wrench_effort_p(q, wrench, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     w_1 = wrench[0 * S + k]
@@ -8485,12 +8453,7 @@ def _wrench_effort_p(q, wrench, p, out, k, S):
     w_6 = wrench[5 * S + k]
     p_arm1_dh_a = p[2]
     p_arm2_dh_a = p[3]
-    # link 1 (arm1): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (arm2): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (arm1): force on the tool
     f_1_x = w_1 * c_1 + w_2 * s_1
     f_1_y = w_2 * c_1 - w_1 * s_1
@@ -8518,7 +8481,7 @@ def wrench_effort_p(q, wrench, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(4)
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
     return out
 
 
@@ -8533,7 +8496,7 @@ def wrench_effort_p_into(q, wrench, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8541,26 +8504,23 @@ def wrench_effort_p_packed(both):
     """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 41:
         raise ValueError("wrench_effort_p_packed takes 41 numbers: q, wrench, p, result")
-    _wrench_effort_p(both[0:4], both[4:10], both[10:37], both[37:], 0, 1)
+    _wrench_effort_p(both[0:4], both[4:10], both[10:37], both[37:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_p_rows(q, wrench, p, out, first, last):
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 4, 0, 4, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8573,9 +8533,9 @@ def wrench_effort_p_batch(q, wrench, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8590,7 +8550,9 @@ def wrench_effort_p_batch_into(q, wrench, p, out):
     count = q.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -8603,11 +8565,13 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8621,11 +8585,12 @@ def wrench_effort_p_soa(q, wrench, p):
         raise ValueError("p must have 27 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(128)
-    wrench_ = np.zeros(192)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:128]
+    wrench_ = tile[128:320]
+    out_ = tile[320:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = q[i, start:start + here]
             for j in range(here):
@@ -8634,10 +8599,10 @@ def wrench_effort_p_soa(q, wrench, p):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out

@@ -16,7 +16,9 @@ Batches are computed in blocks across states, in which the compiler can use vect
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import config, njit, prange, types
+from numba.core.cgutils import ir
+from numba.extending import intrinsic
 
 ROBOT = 'two-link'
 COORDINATES = ('shoulder', 'elbow')
@@ -34,43 +36,191 @@ PARAMETER_VALUES = np.array([9.81, 0.5, 0.4, 1.08, 0.864, 0.25, 0.2, 0.022644, 0
 
 
 FAST = {"contract"}  # a product and a sum may be rounded as one; nothing else is rearranged
+BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 
 
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _sincos(x):
-    """Sine and cosine without a branch, so that loops over states vectorise.
+SINE = (  # coefficients of fdlibm (Sun Microsystems 1993), for angles up to pi/4
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10,
+)
+COSINE = (
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
+)
+
+
+def _sincos(builder, x):
+    """Instructions of LLVM for sine and cosine of a double, or of every lane of a vector, without a branch.
 
     To 2.3e-16 for |x| up to 1e6; beyond, as exact as x itself is spaced; not a number from 1e15 on.
-    The argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980), polynomials are
-    those of fdlibm (Sun Microsystems 1993).
+    The angle is reduced by multiples of pi/2 in two parts (Cody and Waite 1980).
     """
-    n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0
-    r = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21
-    z = r * r
-    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06 + z * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))
-    s = r + r * z * (-1.66666666666666324348e-01 + z * s)
-    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (
-        2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    c = 1.0 - (0.5 * z - z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)))
-    quarter = n - 4.0 * math.floor(0.25 * n)
-    odd = (quarter == 1.0) | (quarter == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quarter >= 2.0 else sine
-    cosine = -cosine if (quarter == 1.0) | (quarter == 2.0) else cosine
-    known = abs(x) < 1e15
-    return (sine if known else math.nan), (cosine if known else math.nan)
+    lanes = x.type.count if isinstance(x.type, ir.VectorType) else 0
+    integer = ir.VectorType(ir.IntType(64), lanes) if lanes else ir.IntType(64)
+
+    def number(value, kind=x.type):
+        return ir.Constant(kind, [value] * lanes if lanes else value)
+
+    def times(a, b):
+        return builder.fmul(a, b, flags=[*FAST])
+
+    def plus(a, b):
+        return builder.fadd(a, b, flags=[*FAST])
+
+    # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
+    rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
+    n = builder.fsub(rounded, number(6755399441055744.0))
+    r = plus(plus(x, times(n, number(-1.5707963267341256))), times(n, number(-6.077100506506192e-11)))
+    above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
+    r = builder.select(builder.and_(above, below), r, number(math.nan))
+    z = times(r, r)
+    s, c = number(SINE[-1]), number(COSINE[-1])
+    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    s = plus(times(times(r, z), s), r)
+    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
+    quarter = builder.bitcast(rounded, integer)
+    odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
+
+    def signed(value, quarters):  # negative in the third and fourth quarter
+        sign = builder.and_(builder.shl(quarters, number(62, integer)), number(-(2**63), integer))
+        return builder.bitcast(builder.xor(builder.bitcast(value, integer), sign), x.type)
+
+    sine = signed(builder.select(odd, c, s), quarter)
+    return sine, signed(builder.select(odd, s, c), builder.add(quarter, number(1, integer)))
+
+
+def _lane(i):
+    return ir.Constant(ir.IntType(32), i)
+
+
+def _sincos_in_vectors_of(most):
+    """An intrinsic: a tuple of angles to their sines and cosines, sine, cosine, sine, ..."""
+
+    def generate(context, builder, signature, arguments):
+        angles = [builder.extract_value(arguments[0], i) for i in range(signature.args[0].count)]
+        found = []
+        for some in [angles[i:i + most] for i in range(0, len(angles), most)]:
+            lanes = 2 ** (len(some) - 1).bit_length()
+            if lanes == 1:
+                found += _sincos(builder, some[0])
+                continue
+            x = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [0.0] * lanes)
+            for i, angle in enumerate(some):
+                x = builder.insert_element(x, angle, _lane(i))
+            both = _sincos(builder, x)
+            found += [builder.extract_element(vector, _lane(i)) for i in range(len(some)) for vector in both]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    @intrinsic
+    def sincos(context, angles):
+        count = len(angles)
+        return types.UniTuple(types.float64, 2 * count)(types.UniTuple(types.float64, count)), generate
+
+    return sincos
+
+
+def _apart(angles):
+    """Sines and cosines of a tuple of angles, each by itself: where a loop over states has the vectors."""
+    return tuple(function(x) for x in angles for function in (math.sin, math.cos))
+
+
+_together = _apart  # up to eight angles in one vector: where there is a single state
+if not config.DISABLE_JIT:
+    _apart, _together = _sincos_in_vectors_of(1), _sincos_in_vectors_of(8)
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _sin(x):
-    return _sincos(x)[0]
+    return _apart((x,))[0]
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _cos(x):
-    return _sincos(x)[1]
+    return _apart((x,))[1]
+
+
+def _gather(rows, width, entry, entries, row, last, lines, lane):
+    """A square of eight states to lines, one per entry: entry + i of state row + j to lane + j of line entry + i.
+
+    Behind the last state there are copies of it.
+    """
+    for j in range(8):
+        for i in range(entries):
+            lines[BLOCK * (entry + i) + lane + j] = rows[width * min(row + j, last) + entry + i]
+
+
+def _scatter(rows, width, entry, entries, row, last, lines, lane):
+    """The way back; copies of the last state are stored over each other."""
+    for j in range(8):
+        for i in range(entries):
+            rows[width * min(row + j, last) + entry + i] = lines[BLOCK * (entry + i) + lane + j]
+
+
+def _shuffled(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _transposed(builder, lines):
+    """An 8 x 8 matrix of eight vectors: off-diagonal quarters swapped, then the quarters of quarters."""
+    for half in (4, 2, 1):
+        left = [i - half + 8 if i & half else i for i in range(8)]
+        right = [i + 8 if i & half else i + half for i in range(8)]
+        lines = [
+            _shuffled(builder, lines[i & ~half], lines[i | half], right if i & half else left) for i in range(8)]
+    return lines
+
+
+def _square(move):
+    """An intrinsic with the arguments of _gather: ``move`` is given pointers to the rows and to the lines."""
+
+    @intrinsic(prefer_literal=True)
+    def moved(context, rows, width, entry, entries, row, last, lines, lane):
+        if not rows.dtype == lines.dtype == types.float64:
+            raise TypeError("batches are arrays of float64")
+        number = types.intp
+
+        def generate(context, builder, signature, arguments):
+            def constant(value):
+                return context.get_constant(number, value)
+
+            array, width, entry, _, row, last, scratch, lane = arguments
+
+            def pointers(kind, array, indices, lanes):
+                start = context.make_array(kind)(context, builder, array).data
+                vector = ir.VectorType(ir.DoubleType(), lanes).as_pointer()
+                return [builder.bitcast(builder.gep(start, [index]), vector) for index in indices]
+
+            states = [builder.add(row, constant(j)) for j in range(8)]
+            states = [builder.select(builder.icmp_signed("<", state, last), state, last) for state in states]
+            starts = [builder.add(builder.mul(state, width), entry) for state in states]
+            places = [builder.add(entry, constant(i)) for i in range(entries.literal_value)]
+            places = [builder.add(builder.mul(place, constant(BLOCK)), lane) for place in places]
+            move(
+                builder, pointers(rows, array, starts, len(places)), pointers(lines, scratch, places, 8))
+            return context.get_dummy_value()
+
+        # With the literal: instructions are found again by the signature.
+        return types.void(rows, number, number, entries, number, number, lines, number), generate
+
+    return moved
+
+
+def _from_rows(builder, rows, lines):
+    wide = [min(i, len(lines) - 1) for i in range(8)]
+    loaded = [builder.load(row, align=8) for row in rows]
+    for value, line in zip(_transposed(builder, [_shuffled(builder, x, x, wide) for x in loaded]), lines):
+        builder.store(value, line, align=8)
+
+
+def _to_rows(builder, rows, lines):
+    loaded = [builder.load(line, align=8) for line in lines]
+    for value, row in zip(_transposed(builder, loaded + loaded[:1] * (8 - len(lines))), rows):
+        builder.store(_shuffled(builder, value, value, list(range(len(lines)))), row, align=8)
+
+
+if not config.DISABLE_JIT:
+    _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -84,19 +234,14 @@ def _step(x):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics(q, qd, qdd, out, k, S):
+def _inverse_dynamics(q, qd, qdd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): acceleration of its joint
     a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
     a_2b_y = qdd_1 * 0.5 + c_1 * 9.81
@@ -126,7 +271,7 @@ def inverse_dynamics(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(2)
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
     return out
 
 
@@ -141,7 +286,7 @@ def inverse_dynamics_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics(q, qd, qdd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -149,29 +294,25 @@ def inverse_dynamics_packed(both):
     """inverse_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("inverse_dynamics_packed takes 8 numbers: q, qd, qdd, result")
-    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -184,9 +325,9 @@ def inverse_dynamics_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -201,7 +342,9 @@ def inverse_dynamics_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _inverse_dynamics_rows(q, qd, qdd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -214,11 +357,14 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -232,12 +378,13 @@ def inverse_dynamics_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -250,17 +397,17 @@ def inverse_dynamics_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_p(q, qd, qdd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -275,18 +422,13 @@ def _inverse_dynamics_p(q, qd, qdd, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
     # link 1 (shoulder): base parameters
     t16 = p_m_1 * p_r_1
     t18 = p_l_1 * p_m_2
     J_1_x1 = t16 + t18
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
@@ -320,7 +462,7 @@ def inverse_dynamics_p(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
     return out
 
 
@@ -337,7 +479,7 @@ def inverse_dynamics_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_p(q, qd, qdd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -345,29 +487,25 @@ def inverse_dynamics_p_packed(both):
     """inverse_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("inverse_dynamics_p_packed takes 21 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _inverse_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -382,9 +520,9 @@ def inverse_dynamics_p_batch(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -401,7 +539,9 @@ def inverse_dynamics_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _inverse_dynamics_p_rows(q, qd, qdd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -416,11 +556,14 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -436,12 +579,13 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -454,45 +598,39 @@ def inverse_dynamics_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics(q, qd, tau, out, k, S):
+def _forward_dynamics(q, qd, tau, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
     tau_2 = tau[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
+    t7 = c_2 * 0.0864 + 0.046195200000000006
     # link 2 (elbow): acceleration of its joint
     a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
+    # link 2 (elbow): Euler, inertial moment
+    N_2_z = (s_2 * a_2b_x - 9.81 * (c_2 * c_1)) * -0.1728
     # effort less bias force
-    t26 = (s_2 * a_2b_x - 9.81 * (c_2 * c_1)) * 0.1728
-    t27 = tau_2 + t26
+    t27 = N_2_z - tau_2
     # solve: L D L^T
-    t29 = m_2_2_b_z * 21.647270712108615
-    t34 = c_2 * 0.1728 - m_2_2_b_z * t29 + 0.35233919999999996
-    t44 = t27 * t29 + (c_1 * 6.88662 - tau_1 - t26) - 0.0864 * (s_2 * (omega_2_z * omega_2_z))
-    t45 = t44 / t34
-    out[0 * S + k] = -t45
-    out[1 * S + k] = t29 * t45 + t27 * 21.647270712108615
+    t29 = t7 * 21.647270712108615
+    t45 = N_2_z + c_1 * 6.88662 - tau_1 - t27 * t29 - 0.0864 * (s_2 * (omega_2_z * omega_2_z))
+    t46 = t45 / (c_2 * 0.1728 - t7 * t29 + 0.3523392)
+    out[0 * S + k] = -t46
+    out[1 * S + k] = t29 * t46 - t27 * 21.647270712108615
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -505,7 +643,7 @@ def forward_dynamics(q, qd, tau):
     if tau.shape[0] != 2:
         raise ValueError("tau must have 2 entries")
     out = np.empty(2)
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
     return out
 
 
@@ -520,7 +658,7 @@ def forward_dynamics_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics(q, qd, tau, out, 0, 1)
+    _forward_dynamics(q, qd, tau, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -528,29 +666,25 @@ def forward_dynamics_packed(both):
     """forward_dynamics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("forward_dynamics_packed takes 8 numbers: q, qd, tau, result")
-    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _forward_dynamics(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -563,9 +697,9 @@ def forward_dynamics_batch(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -580,7 +714,9 @@ def forward_dynamics_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _forward_dynamics_rows(q, qd, tau, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -593,11 +729,14 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -611,12 +750,13 @@ def forward_dynamics_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -629,17 +769,17 @@ def forward_dynamics_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_p(q, qd, tau, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -654,24 +794,19 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
     # link 1 (shoulder): base parameters
-    t10 = p_m_1 * p_r_1
-    t12 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_r_2 * J_2_x1
+    t13 = p_m_1 * p_r_1
+    t15 = p_l_1 * p_m_2
+    # link 1 (shoulder): composite body
     t17 = p_l_1 * J_2_x1
     t18 = c_2 * t17
-    m_2_2_b_z = M_2_2 + t18
+    t19 = p_I_2 + p_r_2 * J_2_x1
+    t20 = t18 + t19
     # link 1 (shoulder): base parameters
-    J_1_x1 = t10 + t12
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    J_1_x1 = t13 + t15
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
@@ -686,11 +821,11 @@ def _forward_dynamics_p(q, qd, tau, p, out, k, S):
     # effort less bias force
     t43 = t37 + tau_2
     # solve: L D L^T
-    t45 = 1.0 / M_2_2
-    t46 = m_2_2_b_z * t45
-    t53 = M_2_2 + (p_l_1 * t12 + (p_I_1 + p_r_1 * t10)) + t18 * 2.0
+    t45 = 1.0 / t19
+    t46 = t20 * t45
+    t53 = t19 + (p_l_1 * t15 + (p_I_1 + p_r_1 * t13) + t18 * 2.0)
     t58 = N_1_z - t37 - s_2 * t17 * (omega_2_z * omega_2_z) - tau_1
-    t60 = (t43 * t46 + t58) / (t53 - m_2_2_b_z * t46)
+    t60 = (t43 * t46 + t58) / (t53 - t20 * t46)
     out[0 * S + k] = -t60
     out[1 * S + k] = t43 * t45 + t46 * t60
 
@@ -707,7 +842,7 @@ def forward_dynamics_p(q, qd, tau, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
     return out
 
 
@@ -724,7 +859,7 @@ def forward_dynamics_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _forward_dynamics_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_p(q, qd, tau, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -732,29 +867,25 @@ def forward_dynamics_p_packed(both):
     """forward_dynamics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("forward_dynamics_p_packed takes 21 numbers: q, qd, tau, p, result")
-    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _forward_dynamics_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -769,9 +900,9 @@ def forward_dynamics_p_batch(q, qd, tau, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -788,7 +919,9 @@ def forward_dynamics_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _forward_dynamics_p_rows(q, qd, tau, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -803,11 +936,14 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -823,12 +959,13 @@ def forward_dynamics_p_soa(q, qd, tau, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -841,27 +978,23 @@ def forward_dynamics_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix(q, out, k, S):
+def _mass_matrix(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = 0.046195200000000006 + c_2 * 0.0864
-    # link 1 (shoulder): effort when joint 1 is accelerated
-    M_1_1 = c_2 * 0.1728 + 0.35233919999999996
-    out[0 * S + k] = M_1_1
-    out[1 * S + k] = m_2_2_b_z
-    out[2 * S + k] = m_2_2_b_z
+    _, c_2 = turns((q_2,))
+    t9 = 0.046195200000000006 + c_2 * 0.0864
+    out[0 * S + k] = c_2 * 0.1728 + 0.3523392
+    out[1 * S + k] = t9
+    out[2 * S + k] = t9
     out[3 * S + k] = 0.046195200000000006
 
 
@@ -871,7 +1004,7 @@ def mass_matrix(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(4)
-    _mass_matrix(q, out, 0, 1)
+    _mass_matrix(q, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -882,7 +1015,7 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix(q, out.ravel(), 0, 1)
+    _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -890,23 +1023,21 @@ def mass_matrix_packed(both):
     """mass_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("mass_matrix_packed takes 6 numbers: q, result")
-    _mass_matrix(both[0:2], both[2:], 0, 1)
+    _mass_matrix(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -915,8 +1046,8 @@ def mass_matrix_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_rows(q, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -928,7 +1059,9 @@ def mass_matrix_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_rows(q, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -937,8 +1070,9 @@ def mass_matrix_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -951,25 +1085,26 @@ def mass_matrix_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_p(q, p, out, k, S):
+def _mass_matrix_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_l_1 = p[1]
     p_m_1 = p[3]
@@ -978,21 +1113,18 @@ def _mass_matrix_p(q, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    _, c_2 = turns((q_2,))
     # link 1 (shoulder): base parameters
-    t12 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_m_2 * (p_r_2 * p_r_2)
-    t17 = c_2 * (p_r_2 * t12)
-    m_2_2_b_z = M_2_2 + t17
-    # link 1 (shoulder): effort when joint 1 is accelerated
-    t21 = M_2_2 + (p_l_1 * t12 + (p_I_1 + p_m_1 * (p_r_1 * p_r_1)))
-    M_1_1 = t21 + t17 * 2.0
-    out[0 * S + k] = M_1_1
-    out[1 * S + k] = m_2_2_b_z
-    out[2 * S + k] = m_2_2_b_z
-    out[3 * S + k] = M_2_2
+    t13 = p_l_1 * p_m_2
+    # link 1 (shoulder): composite body
+    t16 = t13 * (p_r_2 * c_2)
+    t17 = p_I_2 + p_m_2 * (p_r_2 * p_r_2)
+    t22 = p_l_1 * t13 + (p_I_1 + p_m_1 * (p_r_1 * p_r_1)) + t16 * 2.0
+    t24 = t16 + t17
+    out[0 * S + k] = t17 + t22
+    out[1 * S + k] = t24
+    out[2 * S + k] = t24
+    out[3 * S + k] = t17
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1003,7 +1135,7 @@ def mass_matrix_p(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(4)
-    _mass_matrix_p(q, p, out, 0, 1)
+    _mass_matrix_p(q, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1016,7 +1148,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1024,23 +1156,21 @@ def mass_matrix_p_packed(both):
     """mass_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("mass_matrix_p_packed takes 19 numbers: q, p, result")
-    _mass_matrix_p(both[0:2], both[2:15], both[15:], 0, 1)
+    _mass_matrix_p(both[0:2], both[2:15], both[15:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1051,8 +1181,8 @@ def mass_matrix_p_batch(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1066,7 +1196,9 @@ def mass_matrix_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_p_rows(q, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1077,8 +1209,9 @@ def mass_matrix_p_batch_parallel(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1093,34 +1226,32 @@ def mass_matrix_p_soa(q, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse(q, out, k, S):
+def _mass_matrix_inverse(q, out, k, S, turns):
     q_2 = q[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
+    _, c_2 = turns((q_2,))
+    t5 = c_2 * 0.0864 + 0.046195200000000006
     # solve: L D L^T
-    t7 = m_2_2_b_z * 21.647270712108615
-    t13 = c_2 * 0.1728 - m_2_2_b_z * t7 + 0.35233919999999996
-    t15 = 1.0 / t13
+    t7 = t5 * 21.647270712108615
+    t15 = 1.0 / (c_2 * 0.1728 - t5 * t7 + 0.3523392)
     t16 = t7 * t15
     t17 = -t16
     out[0 * S + k] = t15
@@ -1135,7 +1266,7 @@ def mass_matrix_inverse(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(4)
-    _mass_matrix_inverse(q, out, 0, 1)
+    _mass_matrix_inverse(q, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1146,7 +1277,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1)
+    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1154,23 +1285,21 @@ def mass_matrix_inverse_packed(both):
     """mass_matrix_inverse of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("mass_matrix_inverse_packed takes 6 numbers: q, result")
-    _mass_matrix_inverse(both[0:2], both[2:], 0, 1)
+    _mass_matrix_inverse(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1179,8 +1308,8 @@ def mass_matrix_inverse_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_inverse_rows(q, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1192,7 +1321,9 @@ def mass_matrix_inverse_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_inverse_rows(q, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1201,8 +1332,9 @@ def mass_matrix_inverse_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1215,25 +1347,26 @@ def mass_matrix_inverse_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse(q_, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse(q_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _mass_matrix_inverse_p(q, p, out, k, S):
+def _mass_matrix_inverse_p(q, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     p_l_1 = p[1]
     p_m_1 = p[3]
@@ -1242,19 +1375,18 @@ def _mass_matrix_inverse_p(q, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    _, c_2 = turns((q_2,))
     # link 1 (shoulder): base parameters
-    t12 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_m_2 * (p_r_2 * p_r_2)
-    t17 = c_2 * (p_r_2 * t12)
-    m_2_2_b_z = M_2_2 + t17
+    t13 = p_l_1 * p_m_2
+    # link 1 (shoulder): composite body
+    t16 = t13 * (p_r_2 * c_2)
+    t17 = p_I_2 + p_m_2 * (p_r_2 * p_r_2)
+    t18 = t16 + t17
     # solve: L D L^T
-    t20 = 1.0 / M_2_2
-    t21 = m_2_2_b_z * t20
-    t25 = M_2_2 + (p_l_1 * t12 + (p_I_1 + p_m_1 * (p_r_1 * p_r_1)))
-    t30 = 1.0 / (t25 + t17 * 2.0 - m_2_2_b_z * t21)
+    t20 = 1.0 / t17
+    t21 = t18 * t20
+    t27 = p_l_1 * t13 + (p_I_1 + p_m_1 * (p_r_1 * p_r_1)) + t16 * 2.0
+    t30 = 1.0 / (t17 + t27 - t18 * t21)
     t31 = t21 * t30
     t32 = -t31
     out[0 * S + k] = t30
@@ -1271,7 +1403,7 @@ def mass_matrix_inverse_p(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(4)
-    _mass_matrix_inverse_p(q, p, out, 0, 1)
+    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -1284,7 +1416,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1)
+    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1292,23 +1424,21 @@ def mass_matrix_inverse_p_packed(both):
     """mass_matrix_inverse_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("mass_matrix_inverse_p_packed takes 19 numbers: q, p, result")
-    _mass_matrix_inverse_p(both[0:2], both[2:15], both[15:], 0, 1)
+    _mass_matrix_inverse_p(both[0:2], both[2:15], both[15:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mass_matrix_inverse_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1319,8 +1449,8 @@ def mass_matrix_inverse_p_batch(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _mass_matrix_inverse_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 4)
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -1334,7 +1464,9 @@ def mass_matrix_inverse_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _mass_matrix_inverse_p_rows(q, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _mass_matrix_inverse_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1345,8 +1477,9 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -1361,35 +1494,31 @@ def mass_matrix_inverse_p_soa(q, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    out_ = tile[64:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _mass_matrix_inverse_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _mass_matrix_inverse_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force(q, qd, out, k, S):
+def _bias_force(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): acceleration of its joint
     a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
     # link 2 (elbow): angular velocity
@@ -1410,7 +1539,7 @@ def bias_force(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(2)
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -1423,7 +1552,7 @@ def bias_force_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _bias_force(q, qd, out, 0, 1)
+    _bias_force(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1431,26 +1560,23 @@ def bias_force_packed(both):
     """bias_force of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("bias_force_packed takes 6 numbers: q, qd, result")
-    _bias_force(both[0:2], both[2:4], both[4:], 0, 1)
+    _bias_force(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1461,9 +1587,9 @@ def bias_force_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _bias_force_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1476,7 +1602,9 @@ def bias_force_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _bias_force_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1487,11 +1615,13 @@ def bias_force_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1503,11 +1633,12 @@ def bias_force_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1516,17 +1647,17 @@ def bias_force_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _bias_force_p(q, qd, p, out, k, S):
+def _bias_force_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -1537,16 +1668,11 @@ def _bias_force_p(q, qd, p, out, k, S):
     p_m_2 = p[4]
     p_r_1 = p[5]
     p_r_2 = p[6]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
     # link 1 (shoulder): base parameters
     J_1_x1 = p_l_1 * p_m_2 + p_m_1 * p_r_1
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
@@ -1575,7 +1701,7 @@ def bias_force_p(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -1590,7 +1716,7 @@ def bias_force_p_into(q, qd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _bias_force_p(q, qd, p, out, 0, 1)
+    _bias_force_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1598,26 +1724,23 @@ def bias_force_p_packed(both):
     """bias_force_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("bias_force_p_packed takes 19 numbers: q, qd, p, result")
-    _bias_force_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1)
+    _bias_force_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bias_force_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1630,9 +1753,9 @@ def bias_force_p_batch(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _bias_force_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1647,7 +1770,9 @@ def bias_force_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _bias_force_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _bias_force_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1660,11 +1785,13 @@ def bias_force_p_batch_parallel(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _bias_force_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1678,11 +1805,12 @@ def bias_force_p_soa(q, qd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -1691,27 +1819,28 @@ def bias_force_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _bias_force_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _bias_force_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity(q, out, k, S):
+def _gravity(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    # link 2 (elbow): Euler, inertial moment
-    N_2_z = _cos(q_1 + q_2) * 1.6951680000000002
-    # link 1 (shoulder): moment from link 0
-    n_1_z = N_2_z + c_1 * 6.88662
-    out[0 * S + k] = n_1_z
-    out[1 * S + k] = N_2_z
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
+    # link 1 (shoulder): composite body
+    h_1_x = c_2 * 0.1728 + 0.702
+    # link 1 (shoulder): gravity
+    g_1r_y = c_1 * 9.81
+    # link 2 (elbow): gravity
+    t12 = s_1 * s_2
+    out[0 * S + k] = h_1_x * g_1r_y - t12 * 1.6951680000000002
+    out[1 * S + k] = (9.81 * t12 - c_2 * g_1r_y) * -0.1728
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1720,7 +1849,7 @@ def gravity(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(2)
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
     return out
 
 
@@ -1731,7 +1860,7 @@ def gravity_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _gravity(q, out, 0, 1)
+    _gravity(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1739,23 +1868,21 @@ def gravity_packed(both):
     """gravity of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 4:
         raise ValueError("gravity_packed takes 4 numbers: q, result")
-    _gravity(both[0:2], both[2:], 0, 1)
+    _gravity(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1764,9 +1891,9 @@ def gravity_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _gravity_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1777,7 +1904,9 @@ def gravity_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _gravity_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1786,11 +1915,12 @@ def gravity_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1800,25 +1930,26 @@ def gravity_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity(q_, block, j, 32)
+        for j in range(BLOCK):
+            _gravity(q_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _gravity_p(q, p, out, k, S):
+def _gravity_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_g = p[0]
@@ -1827,29 +1958,19 @@ def _gravity_p(q, p, out, k, S):
     p_m_2 = p[4]
     p_r_1 = p[5]
     p_r_2 = p[6]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
-    # link 1 (shoulder): base parameters
-    J_1_x1 = p_l_1 * p_m_2 + p_m_1 * p_r_1
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 1 (shoulder): acceleration
-    a_1r_x = p_g * s_1
-    a_1r_y = p_g * c_1
-    # link 1 (shoulder): Euler, inertial moment
-    N_1_z = J_1_x1 * a_1r_y
-    # link 2 (elbow): acceleration
-    a_2r_y = c_2 * a_1r_y - s_2 * a_1r_x
-    # link 2 (elbow): Euler, inertial moment
-    N_2_z = J_2_x1 * a_2r_y
-    # link 1 (shoulder): moment from link 0
-    n_1_z = N_1_z + N_2_z
-    out[0 * S + k] = n_1_z
-    out[1 * S + k] = N_2_z
+    # link 2 (elbow): composite body, before its turn
+    h_2t_x = c_2 * J_2_x1
+    # link 1 (shoulder): composite body
+    h_1_x = h_2t_x + (p_l_1 * p_m_2 + p_m_1 * p_r_1)
+    # link 1 (shoulder): gravity
+    g_1r_y = p_g * c_1
+    # link 2 (elbow): gravity
+    t20 = s_2 * (p_g * s_1)
+    out[0 * S + k] = h_1_x * g_1r_y - J_2_x1 * t20
+    out[1 * S + k] = J_2_x1 * (c_2 * g_1r_y - t20)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1860,7 +1981,7 @@ def gravity_p(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -1873,7 +1994,7 @@ def gravity_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _gravity_p(q, p, out, 0, 1)
+    _gravity_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1881,23 +2002,21 @@ def gravity_p_packed(both):
     """gravity_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 17:
         raise ValueError("gravity_p_packed takes 17 numbers: q, p, result")
-    _gravity_p(both[0:2], both[2:15], both[15:], 0, 1)
+    _gravity_p(both[0:2], both[2:15], both[15:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _gravity_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1908,9 +2027,9 @@ def gravity_p_batch(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _gravity_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1923,7 +2042,9 @@ def gravity_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _gravity_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _gravity_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -1934,11 +2055,12 @@ def gravity_p_batch_parallel(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1950,43 +2072,38 @@ def gravity_p_soa(q, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(128)
+    q_ = tile[0:64]
+    out_ = tile[64:128]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _gravity_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _gravity_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy(q, qd, out, k, S):
+def _energy(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 1 (shoulder): rotation
-    R_1_21 = _sin(q_1)
-    # link 2 (elbow): rotation
-    R_2_11 = _cos(q_2)
-    R_2_21 = _sin(q_2)
+    R_1_21, _, R_2_21, R_2_11, Q_2_21, _ = turns((q_1, q_2, q_1 + q_2,))
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (elbow): velocity of its frame
     v_2_x = qd_1 * R_2_21 * 0.5
-    t11 = qd_1 * R_2_11
-    v_2_y = 0.5 * t11
-    # link 2 (elbow): orientation
-    Q_2_21 = _sin(q_1 + q_2)
-    t23 = omega_2_z * (omega_2_z * 0.023097600000000003 + t11 * 0.0864)
+    t12 = qd_1 * R_2_11
+    v_2_y = 0.5 * t12
+    t23 = omega_2_z * (omega_2_z * 0.023097600000000003 + t12 * 0.0864)
     t30 = t23 + (v_2_x * v_2_x + v_2_y * v_2_y) * 0.432 + qd_1 * qd_1 * 0.045072
     t39 = R_1_21 * 2.6487000000000003 + (R_1_21 * 0.432 + Q_2_21 * 0.1728) * 9.81
     out[0 * S + k] = t30
@@ -2001,7 +2118,7 @@ def energy(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(2)
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
     return out
 
 
@@ -2014,7 +2131,7 @@ def energy_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy(q, qd, out, 0, 1)
+    _energy(q, qd, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2022,26 +2139,23 @@ def energy_packed(both):
     """energy of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 6:
         raise ValueError("energy_packed takes 6 numbers: q, qd, result")
-    _energy(both[0:2], both[2:4], both[4:], 0, 1)
+    _energy(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2052,9 +2166,9 @@ def energy_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_rows(q, qd, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2067,7 +2181,9 @@ def energy_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_rows(q, qd, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2078,11 +2194,13 @@ def energy_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2094,11 +2212,12 @@ def energy_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2107,17 +2226,17 @@ def energy_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _energy(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _energy_p(q, qd, p, out, k, S):
+def _energy_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -2130,19 +2249,13 @@ def _energy_p(q, qd, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
-    # link 1 (shoulder): rotation
-    R_1_21 = _sin(q_1)
-    # link 2 (elbow): rotation
-    R_2_11 = _cos(q_2)
-    R_2_21 = _sin(q_2)
+    R_1_21, _, R_2_21, R_2_11, Q_2_21, _ = turns((q_1, q_2, q_1 + q_2,))
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (elbow): velocity of its frame
-    t16 = qd_1 * p_l_1
-    v_2_x = R_2_21 * t16
-    v_2_y = R_2_11 * t16
-    # link 2 (elbow): orientation
-    Q_2_21 = _sin(q_1 + q_2)
+    t17 = qd_1 * p_l_1
+    v_2_x = R_2_21 * t17
+    v_2_y = R_2_11 * t17
     t21 = p_m_2 * p_r_2
     t29 = p_m_1 * p_r_1
     t37 = p_m_2 * (v_2_x * v_2_x + v_2_y * v_2_y) + (p_I_2 + p_r_2 * t21) * (omega_2_z * omega_2_z)
@@ -2162,7 +2275,7 @@ def energy_p(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
     return out
 
 
@@ -2177,7 +2290,7 @@ def energy_p_into(q, qd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _energy_p(q, qd, p, out, 0, 1)
+    _energy_p(q, qd, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2185,26 +2298,23 @@ def energy_p_packed(both):
     """energy_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 19:
         raise ValueError("energy_p_packed takes 19 numbers: q, qd, p, result")
-    _energy_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1)
+    _energy_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _energy_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2217,9 +2327,9 @@ def energy_p_batch(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _energy_p_rows(q, qd, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2234,7 +2344,9 @@ def energy_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _energy_p_rows(q, qd, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _energy_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2247,11 +2359,13 @@ def energy_p_batch_parallel(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _energy_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2265,11 +2379,12 @@ def energy_p_soa(q, qd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(192)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:192]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -2278,17 +2393,17 @@ def energy_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _energy_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _energy_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation(x, u, out, k, S):
+def _actuation(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     out[0 * S + k] = u_1
@@ -2303,7 +2418,7 @@ def actuation(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(2)
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2316,7 +2431,7 @@ def actuation_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _actuation(x, u, out, 0, 1)
+    _actuation(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2324,26 +2439,23 @@ def actuation_packed(both):
     """actuation of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("actuation_packed takes 8 numbers: x, u, result")
-    _actuation(both[0:4], both[4:6], both[6:], 0, 1)
+    _actuation(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2354,9 +2466,9 @@ def actuation_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _actuation_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2369,7 +2481,9 @@ def actuation_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _actuation_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2380,11 +2494,13 @@ def actuation_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2396,11 +2512,12 @@ def actuation_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2409,17 +2526,17 @@ def actuation_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _actuation(x_, u_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _actuation_p(x, u, p, out, k, S):
+def _actuation_p(x, u, p, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     out[0 * S + k] = u_1
@@ -2436,7 +2553,7 @@ def actuation_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2451,7 +2568,7 @@ def actuation_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _actuation_p(x, u, p, out, 0, 1)
+    _actuation_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2459,26 +2576,23 @@ def actuation_p_packed(both):
     """actuation_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("actuation_p_packed takes 21 numbers: x, u, p, result")
-    _actuation_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _actuation_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _actuation_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2491,9 +2605,9 @@ def actuation_p_batch(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    _actuation_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2508,7 +2622,9 @@ def actuation_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _actuation_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _actuation_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2521,11 +2637,13 @@ def actuation_p_batch_parallel(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2539,11 +2657,12 @@ def actuation_p_soa(x, u, p):
         raise ValueError("p must have 13 entries")
     count = x.shape[1]
     out = np.empty((2, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2552,31 +2671,25 @@ def actuation_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _actuation_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _actuation_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative(x, u, out, k, S):
+def _state_derivative(x, u, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
+    t11 = c_2 * 0.0864 + 0.046195200000000006
     # link 2 (elbow): acceleration of its joint
     a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
     # link 2 (elbow): angular velocity
@@ -2584,16 +2697,15 @@ def _state_derivative(x, u, out, k, S):
     # link 2 (elbow): Euler, inertial moment
     N_2_z = (s_2 * a_2b_x - 9.81 * (c_2 * c_1)) * -0.1728
     # effort less bias force
-    t27 = u_2 - N_2_z
+    t27 = N_2_z - u_2
     # solve: L D L^T
-    t29 = m_2_2_b_z * 21.647270712108615
-    t35 = c_2 * 0.1728 - m_2_2_b_z * t29 + 0.35233919999999996
-    t45 = u_1 - c_1 * 6.88662 - N_2_z - t27 * t29 + 0.0864 * (s_2 * (omega_2_z * omega_2_z))
-    t46 = t45 / t35
+    t29 = t11 * 21.647270712108615
+    t45 = N_2_z + c_1 * 6.88662 - u_1 - t27 * t29 - 0.0864 * (s_2 * (omega_2_z * omega_2_z))
+    t46 = t45 / (c_2 * 0.1728 - t11 * t29 + 0.3523392)
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
-    out[2 * S + k] = t46
-    out[3 * S + k] = t27 * 21.647270712108615 - t29 * t46
+    out[2 * S + k] = -t46
+    out[3 * S + k] = t29 * t46 - t27 * 21.647270712108615
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2604,7 +2716,7 @@ def state_derivative(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(4)
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
     return out
 
 
@@ -2617,7 +2729,7 @@ def state_derivative_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative(x, u, out, 0, 1)
+    _state_derivative(x, u, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2625,26 +2737,23 @@ def state_derivative_packed(both):
     """state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("state_derivative_packed takes 10 numbers: x, u, result")
-    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2655,9 +2764,9 @@ def state_derivative_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_rows(x, u, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2670,7 +2779,9 @@ def state_derivative_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _state_derivative_rows(x, u, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2681,11 +2792,13 @@ def state_derivative_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2697,11 +2810,12 @@ def state_derivative_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2710,17 +2824,17 @@ def state_derivative_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative(x_, u_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_p(x, u, p, out, k, S):
+def _state_derivative_p(x, u, p, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
@@ -2735,24 +2849,19 @@ def _state_derivative_p(x, u, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
     # link 2 (elbow): base parameters
-    J_2_x1 = p_m_2 * p_r_2
+    J_2_x1 = p_r_2 * p_m_2
     # link 1 (shoulder): base parameters
-    t12 = p_m_1 * p_r_1
-    t14 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_r_2 * J_2_x1
-    t19 = p_l_1 * J_2_x1
-    t20 = c_2 * t19
-    m_2_2_b_z = M_2_2 + t20
+    t18 = p_r_1 * p_m_1
+    t20 = p_m_2 * p_l_1
+    # link 1 (shoulder): composite body
+    t22 = p_l_1 * J_2_x1
+    t23 = c_2 * t22
+    t24 = p_I_2 + p_r_2 * J_2_x1
+    t25 = t23 + t24
     # link 1 (shoulder): base parameters
-    J_1_x1 = t12 + t14
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    J_1_x1 = t18 + t20
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
@@ -2767,15 +2876,15 @@ def _state_derivative_p(x, u, p, out, k, S):
     # effort less bias force
     t43 = u_2 + t39
     # solve: L D L^T
-    t45 = 1.0 / M_2_2
-    t46 = m_2_2_b_z * t45
-    t53 = M_2_2 + (p_l_1 * t14 + (p_I_1 + p_r_1 * t12)) + t20 * 2.0
-    t58 = s_2 * t19 * (omega_2_z * omega_2_z) + (t39 + (u_1 - N_1_z))
-    t60 = (t58 - t43 * t46) / (t53 - m_2_2_b_z * t46)
+    t45 = 1.0 / t24
+    t46 = t25 * t45
+    t53 = t24 + (p_l_1 * t20 + (p_I_1 + p_r_1 * t18) + t23 * 2.0)
+    t58 = N_1_z - t39 - s_2 * t22 * (omega_2_z * omega_2_z) - u_1
+    t60 = (t43 * t46 + t58) / (t53 - t25 * t46)
     out[0 * S + k] = qd_1
     out[1 * S + k] = qd_2
-    out[2 * S + k] = t60
-    out[3 * S + k] = t43 * t45 - t46 * t60
+    out[2 * S + k] = -t60
+    out[3 * S + k] = t43 * t45 + t46 * t60
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2788,7 +2897,7 @@ def state_derivative_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(4)
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
     return out
 
 
@@ -2803,7 +2912,7 @@ def state_derivative_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _state_derivative_p(x, u, p, out, 0, 1)
+    _state_derivative_p(x, u, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2811,26 +2920,23 @@ def state_derivative_p_packed(both):
     """state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 23:
         raise ValueError("state_derivative_p_packed takes 23 numbers: x, u, p, result")
-    _state_derivative_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _state_derivative_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2843,9 +2949,9 @@ def state_derivative_p_batch(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    _state_derivative_p_rows(x, u, p, out, 0, count)
-    return out
+    out = np.empty(count * 4)
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2860,7 +2966,9 @@ def state_derivative_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4):
         raise ValueError("out must have the shape (states, 4)")
-    _state_derivative_p_rows(x, u, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -2873,11 +2981,13 @@ def state_derivative_p_batch_parallel(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 4))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2891,11 +3001,12 @@ def state_derivative_p_soa(x, u, p):
         raise ValueError("p must have 13 entries")
     count = x.shape[1]
     out = np.empty((4, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -2904,54 +3015,58 @@ def state_derivative_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_state_jacobian(q, qd, qdd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    # derivative: link 1 (shoulder): rotation
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (elbow): rotation
-    s_2 = _sin(q_2)
-    # derivative: link 1 (shoulder): acceleration
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
+    # link 1 (shoulder): acceleration
+    a_1r_x = s_1 * 9.81
     a_1r_y = c_1 * 9.81
     # link 2 (elbow): acceleration of its joint
-    a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
+    a_2b_x = a_1r_x - qd_1 * qd_1 * 0.5
     a_2b_y = a_1r_y + qdd_1 * 0.5
+    # link 2 (elbow): acceleration
+    a_2r_x = c_2 * a_2b_x + s_2 * a_2b_y
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (elbow): angular acceleration
     alpha_2_z = qdd_1 + qdd_2
-    # derivative: link 2 (elbow): Euler, inertial moment
-    t30 = (c_2 * a_2b_x + s_2 * a_2b_y) * -0.1728
-    t31 = (s_2 * a_1r_y + 9.81 * (s_1 * c_2)) * -0.1728
-    t34 = qd_1 * s_2 * 0.1728
-    # derivative: link 2 (elbow): moment, in frame 1
-    t39 = s_2 * omega_2_z
-    t42 = (s_2 * alpha_2_z + c_2 * (omega_2_z * omega_2_z)) * 0.0864
-    out[0 * S + k] = t31 - s_1 * 6.88662
-    out[1 * S + k] = t30 - t42
-    out[2 * S + k] = t34 - 0.1728 * t39
-    out[3 * S + k] = -0.1728 * t39
-    out[4 * S + k] = t31
-    out[5 * S + k] = t30
-    out[6 * S + k] = t34
+    # link 1 (shoulder): composite body
+    h_1_x = c_2 * 0.1728 + 0.702
+    # link 1 (shoulder): composite body: flow of its moments
+    C_1_n_z = qd_2 * s_2 * -0.1728
+    # link 1 (shoulder): change with its position
+    t32 = s_2 * a_1r_y
+    P_1_n_z = -0.1728 * t32 - a_1r_x * h_1_x
+    # link 2 (elbow): Coriolis terms
+    C_2_c_z = 0.1728 * (qd_1 * s_2)
+    # link 2 (elbow): change with its position
+    P_2_n_z = a_2r_x * -0.1728
+    # link 2 (elbow): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.5
+    g_2r_x = t32 + c_2 * a_1r_x
+    t48 = P_2_n_z - c_2 * (omega_2_z * omega_2_z) * 0.0864 - 0.1728 * (alpha_2_z * x0_1_2_vr_x)
+    out[0 * S + k] = P_1_n_z
+    out[1 * S + k] = t48
+    out[2 * S + k] = C_1_n_z
+    out[3 * S + k] = omega_2_z * x0_1_2_vr_x * -0.3456
+    out[4 * S + k] = -0.1728 * g_2r_x
+    out[5 * S + k] = P_2_n_z
+    out[6 * S + k] = C_2_c_z
     out[7 * S + k] = 0.0
 
 
@@ -2965,7 +3080,7 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(8)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -2980,7 +3095,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2988,29 +3103,25 @@ def inverse_dynamics_state_jacobian_packed(both):
     """inverse_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("inverse_dynamics_state_jacobian_packed takes 14 numbers: q, qd, qdd, result")
-    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3023,8 +3134,8 @@ def inverse_dynamics_state_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 8)
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3040,7 +3151,9 @@ def inverse_dynamics_state_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3053,8 +3166,11 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3071,12 +3187,13 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3089,17 +3206,17 @@ def inverse_dynamics_state_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -3112,45 +3229,47 @@ def _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, k, S):
     p_m_2 = p[4]
     p_r_1 = p[5]
     p_r_2 = p[6]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
-    # link 1 (shoulder): base parameters
-    J_1_x1 = p_l_1 * p_m_2 + p_m_1 * p_r_1
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    # derivative: link 1 (shoulder): rotation
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # derivative: link 2 (elbow): rotation
-    s_2 = _sin(q_2)
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
-    # derivative: link 1 (shoulder): acceleration
     a_1r_y = p_g * c_1
     # link 2 (elbow): acceleration of its joint
     a_2b_x = a_1r_x - p_l_1 * (qd_1 * qd_1)
     a_2b_y = a_1r_y + qdd_1 * p_l_1
+    # link 2 (elbow): acceleration
+    a_2r_x = c_2 * a_2b_x + s_2 * a_2b_y
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (elbow): angular acceleration
     alpha_2_z = qdd_1 + qdd_2
-    # derivative: link 2 (elbow): Euler, inertial moment
-    t37 = J_2_x1 * (c_2 * a_2b_x + s_2 * a_2b_y)
-    t39 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
-    t41 = p_l_1 * J_2_x1
-    t42 = s_2 * t41
-    t45 = qd_1 * t42 * 2.0
-    # derivative: link 2 (elbow): moment, in frame 1
-    t50 = t41 * (s_2 * alpha_2_z + c_2 * (omega_2_z * omega_2_z))
-    t51 = omega_2_z * t42
-    out[0 * S + k] = -(J_1_x1 * a_1r_x + t39)
-    out[1 * S + k] = -(t37 + t50)
-    out[2 * S + k] = t45 - 2.0 * t51
-    out[3 * S + k] = t51 * -2.0
-    out[4 * S + k] = -t39
-    out[5 * S + k] = -t37
-    out[6 * S + k] = t45
+    # link 2 (elbow): composite body, before its turn
+    h_2t_x = c_2 * J_2_x1
+    # link 1 (shoulder): composite body
+    h_1_x = h_2t_x + (p_l_1 * p_m_2 + p_m_1 * p_r_1)
+    # link 2 (elbow): axis of joint 1
+    x0_1_2_vr_x = p_l_1 * s_2
+    t35 = J_2_x1 * x0_1_2_vr_x
+    # link 1 (shoulder): composite body: flow of its moments
+    C_1_n_z = qd_2 * t35 * -2.0
+    # link 2 (elbow): axis of joint 1
+    t40 = s_2 * a_1r_y
+    # link 1 (shoulder): change with its position
+    P_1_n_z = -(a_1r_x * h_1_x + J_2_x1 * t40)
+    # link 2 (elbow): Coriolis terms
+    C_2_c_z = qd_1 * t35 * 2.0
+    # link 2 (elbow): change with its position
+    t47 = J_2_x1 * a_2r_x
+    P_2_n_z = -t47
+    t55 = p_l_1 * c_2 * (omega_2_z * omega_2_z) + alpha_2_z * x0_1_2_vr_x
+    out[0 * S + k] = P_1_n_z
+    out[1 * S + k] = -(t47 + J_2_x1 * t55)
+    out[2 * S + k] = C_1_n_z
+    out[3 * S + k] = -2.0 * (omega_2_z * t35)
+    out[4 * S + k] = -(J_2_x1 * (t40 + c_2 * a_1r_x))
+    out[5 * S + k] = P_2_n_z
+    out[6 * S + k] = C_2_c_z
     out[7 * S + k] = 0.0
 
 
@@ -3166,7 +3285,7 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(8)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3183,7 +3302,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3191,29 +3310,25 @@ def inverse_dynamics_state_jacobian_p_packed(both):
     """inverse_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 27:
         raise ValueError("inverse_dynamics_state_jacobian_p_packed takes 27 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _inverse_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3228,8 +3343,8 @@ def inverse_dynamics_state_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 8)
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3247,7 +3362,9 @@ def inverse_dynamics_state_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3262,8 +3379,11 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3282,12 +3402,13 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3300,76 +3421,75 @@ def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_state_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S):
+def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     tau_1 = tau[0 * S + k]
     tau_2 = tau[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (shoulder): acceleration
+    a_1r_x = s_1 * 9.81
     a_1r_y = c_1 * 9.81
     # link 2 (elbow): acceleration of its joint
-    a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
+    a_2b_x = a_1r_x - qd_1 * qd_1 * 0.5
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): Newton, inertial force
-    F_2_x = omega_2_z * omega_2_z * -0.1728
+    # link 2 (elbow): twice the velocity of its frame
+    v_2r_x = qd_1 * s_2
+    # link 2 (elbow): composite body, before its turn
+    h_2t_x = c_2 * 0.1728
+    h_2t_y = s_2 * 0.1728
+    t23 = qd_2 * s_2
+    # link 1 (shoulder): composite body
+    h_1_x = h_2t_x + 0.702
+    # link 2 (elbow): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.5
+    x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
+    g_2r_x = s_2 * a_1r_y + c_2 * a_1r_x
+    t38 = c_2 * 0.0864 + 0.046195200000000006
     # effort less bias force
-    t29 = (s_2 * a_2b_x - c_2 * a_1r_y) * 0.1728
-    t30 = tau_2 + t29
+    t45 = tau_2 - 0.1728 * x2_1_2_vr_x - 0.0864 * (qd_1 * v_2r_x)
     # solve: L D L^T
-    t32 = m_2_2_b_z * 21.647270712108615
-    t37 = c_2 * 0.1728 - m_2_2_b_z * t32 + 0.35233919999999996
-    t46 = t30 * t32 + (c_1 * 6.88662 - tau_1 - t29) + 0.5 * (s_2 * F_2_x)
-    t48 = 1.0 / t37
-    t49 = t46 * t48
-    # link 2 (elbow): acceleration of its joint
-    a_2b_y = a_1r_y - 0.5 * t49
-    # derivative: link 2 (elbow): acceleration
-    t55 = s_2 * qd_1
-    t57 = c_2 * a_2b_x + s_2 * a_2b_y
-    t60 = s_2 * a_1r_y + 9.81 * (c_2 * s_1)
-    # derivative: link 2 (elbow): force, before its turn
-    t65 = s_2 * (t32 * t49 + (t30 * 21.647270712108615 - t49))
+    t47 = t38 * 21.647270712108615
     # derivative of effort
-    t68 = 0.1728 * t60
+    t53 = omega_2_z * x0_1_2_vr_x
     # solve: L D L^T
-    t73 = t48 * (t68 + s_1 * 6.88662 - t32 * t68)
-    # derivative of effort
-    t78 = 0.1728 * t57
+    t58 = tau_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t45 * t47
+    t62 = t58 + 0.0864 * (qd_1 * t23) + 0.1728 * (qd_2 * t53)
+    t64 = 1.0 / (h_2t_x - t38 * t47 + 0.3523392)
+    t65 = t62 * t64
+    # link 2 (elbow): acceleration
+    t70 = c_2 * a_2b_x + s_2 * (a_1r_y + 0.5 * t65)
+    # link 2 (elbow): change with its position
+    t74 = 0.1728 * t70
     # solve: L D L^T
-    t82 = t32 * t78 + (0.5 * (c_2 * F_2_x - 0.1728 * t65) - t78)
-    t83 = t48 * t82
-    t90 = 0.1728 * (s_2 * omega_2_z)
-    t94 = t48 * (t90 - 0.1728 * (t55 - t32 * t55))
-    t99 = t48 * t90
-    out[0 * S + k] = t73
-    out[1 * S + k] = -t83
-    out[2 * S + k] = t94
-    out[3 * S + k] = t99
-    out[4 * S + k] = t60 * 3.740648379052369 - t32 * t73
-    out[5 * S + k] = t32 * t83 + t57 * 3.740648379052369
-    out[6 * S + k] = t55 * -3.740648379052369 - t32 * t94
-    out[7 * S + k] = -(t32 * t99)
+    t78 = a_1r_x * h_1_x + a_1r_y * h_2t_y - 0.1728 * (g_2r_x * t47)
+    t79 = t64 * t78
+    t87 = x0_1_2_vr_x * (t65 + t45 * 21.647270712108615 - t47 * t65)
+    t90 = t74 - t47 * t74 + 0.0864 * (c_2 * (omega_2_z * omega_2_z))
+    t93 = t64 * (t90 + 0.1728 * t87)
+    t100 = 0.1728 * (t64 * (t23 + v_2r_x * t47))
+    t107 = t53 * t64 * 0.3456
+    out[0 * S + k] = t79
+    out[1 * S + k] = t93
+    out[2 * S + k] = t100
+    out[3 * S + k] = t107
+    out[4 * S + k] = g_2r_x * 3.740648379052369 - t47 * t79
+    out[5 * S + k] = t70 * 3.740648379052369 - t47 * t93
+    out[6 * S + k] = v_2r_x * -3.740648379052369 - t47 * t100
+    out[7 * S + k] = -(t47 * t107)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3382,7 +3502,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 2:
         raise ValueError("tau must have 2 entries")
     out = np.empty(8)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3397,7 +3517,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3405,29 +3525,25 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 14 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _forward_dynamics_state_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_rows(q, qd, tau, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3440,8 +3556,8 @@ def forward_dynamics_state_jacobian_batch(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out, 0, count)
+    out = np.empty(count * 8)
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3457,7 +3573,9 @@ def forward_dynamics_state_jacobian_batch_into(q, qd, tau, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _forward_dynamics_state_jacobian_rows(q, qd, tau, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3470,8 +3588,11 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
         raise ValueError("tau must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3488,12 +3609,13 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
         raise ValueError("tau must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3506,17 +3628,17 @@ def forward_dynamics_state_jacobian_soa(q, qd, tau):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian(q_, qd_, tau_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian(q_, qd_, tau_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
+def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -3531,70 +3653,62 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
     # link 1 (shoulder): base parameters
-    t10 = p_m_1 * p_r_1
-    t12 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_r_2 * J_2_x1
-    t17 = p_l_1 * J_2_x1
-    t18 = c_2 * t17
-    m_2_2_b_z = M_2_2 + t18
-    # link 1 (shoulder): base parameters
-    J_1_x1 = t10 + t12
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    t20 = p_m_1 * p_r_1
+    t22 = p_l_1 * p_m_2
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
-    # link 1 (shoulder): Euler, inertial moment
-    N_1_z = J_1_x1 * a_1r_y
     # link 2 (elbow): acceleration of its joint
     a_2b_x = a_1r_x - p_l_1 * (qd_1 * qd_1)
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): Newton, inertial force
-    t38 = J_2_x1 * (omega_2_z * omega_2_z)
     # link 2 (elbow): Euler, inertial moment
-    t39 = J_2_x1 * (s_2 * a_2b_x - c_2 * a_1r_y)
+    t30 = p_I_2 + p_r_2 * J_2_x1
+    # link 2 (elbow): composite body, before its turn
+    h_2t_x = c_2 * J_2_x1
+    h_2t_y = s_2 * J_2_x1
+    # link 1 (shoulder): composite body
+    h_1_x = h_2t_x + (t20 + t22)
+    t35 = p_l_1 * h_2t_y
+    # link 1 (shoulder): composite body: flow of its moments
+    C_1_n_z = qd_2 * t35 * -2.0
+    # link 2 (elbow): Coriolis terms
+    C_2_c_z = qd_1 * t35 * 2.0
+    # link 2 (elbow): axis of joint 1
+    x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
+    t50 = p_l_1 * h_2t_x
+    t54 = 2.0 * (omega_2_z * t35)
+    t55 = t30 + t50
+    t58 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
     # effort less bias force
-    t44 = t39 + tau_2
+    t64 = tau_2 - J_2_x1 * x2_1_2_vr_x - qd_1 * C_2_c_z * 0.5
     # solve: L D L^T
-    t46 = 1.0 / M_2_2
-    t47 = m_2_2_b_z * t46
-    t54 = M_2_2 + (p_l_1 * t12 + (p_I_1 + p_r_1 * t10)) + t18 * 2.0
-    t60 = t44 * t47 + (N_1_z - t39 - t38 * (p_l_1 * s_2) - tau_1)
-    t61 = 1.0 / (t54 - m_2_2_b_z * t47)
-    t62 = t60 * t61
-    # link 2 (elbow): acceleration of its joint
-    a_2b_y = a_1r_y - p_l_1 * t62
-    # derivative: link 2 (elbow): Euler, inertial moment
-    t76 = J_2_x1 * (c_2 * a_2b_x + s_2 * a_2b_y)
-    t77 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
-    t78 = s_2 * t17
-    t80 = 2.0 * (qd_1 * t78)
-    # derivative: link 2 (elbow): force, before its turn
-    t84 = (t62 - t44 * t46 - t47 * t62) * (J_2_x1 * s_2) - c_2 * t38
-    # derivative: link 2 (elbow): moment, in frame 1
-    t86 = omega_2_z * t78
+    t66 = 1.0 / t30
+    t67 = t55 * t66
+    t75 = p_l_1 * (t22 + h_2t_x * 2.0) + (t30 + (p_I_1 + p_r_1 * t20) - t55 * t67)
+    t82 = tau_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t64 * t67
+    t85 = 1.0 / t75
+    t86 = (t82 - 0.5 * (qd_1 * C_1_n_z - qd_2 * t54)) * t85
+    # link 2 (elbow): change with its position
+    t95 = J_2_x1 * (c_2 * a_2b_x + s_2 * (a_1r_y + p_l_1 * t86))
     # solve: L D L^T
-    t90 = t61 * (J_1_x1 * a_1r_x + t77 - t47 * t77)
-    t97 = t61 * (t76 - p_l_1 * t84 - t47 * t76)
-    t105 = t61 * (t80 - 2.0 * t86 - t47 * t80)
-    t110 = t61 * t86
-    out[0 * S + k] = t90
-    out[1 * S + k] = t97
-    out[2 * S + k] = -t105
-    out[3 * S + k] = 2.0 * t110
-    out[4 * S + k] = t46 * t77 - t47 * t90
-    out[5 * S + k] = t46 * t76 - t47 * t97
-    out[6 * S + k] = t47 * t105 - t46 * t80
-    out[7 * S + k] = t47 * t110 * -2.0
+    t100 = t85 * (a_1r_x * h_1_x + a_1r_y * h_2t_y - t58 * t67)
+    t106 = t35 * (t86 + t64 * t66 - t67 * t86) + (t50 * (omega_2_z * omega_2_z) + t95)
+    t108 = t85 * (t106 - t67 * t95)
+    t114 = t85 * (C_1_n_z - C_2_c_z * t67)
+    t119 = t54 * t85
+    out[0 * S + k] = t100
+    out[1 * S + k] = t108
+    out[2 * S + k] = -t114
+    out[3 * S + k] = t119
+    out[4 * S + k] = t58 * t66 - t67 * t100
+    out[5 * S + k] = t66 * t95 - t67 * t108
+    out[6 * S + k] = t67 * t114 - C_2_c_z * t66
+    out[7 * S + k] = -(t67 * t119)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3609,7 +3723,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(8)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((2, 4))
 
 
@@ -3626,7 +3740,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3634,29 +3748,25 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 27:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 27 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _forward_dynamics_state_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                tau_[32 * i + j] = tau[start + j, i]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(tau, 2, 0, 2, start + j, last - 1, tau_, j)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3671,8 +3781,8 @@ def forward_dynamics_state_jacobian_p_batch(q, qd, tau, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, 0, count)
+    out = np.empty(count * 8)
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 4))
 
 
@@ -3690,7 +3800,9 @@ def forward_dynamics_state_jacobian_p_batch_into(q, qd, tau, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 4):
         raise ValueError("out must have the shape (states, 2, 4)")
-    _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(tau, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3705,8 +3817,11 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
@@ -3725,12 +3840,13 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((8, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    tau_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    tau_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -3743,69 +3859,66 @@ def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
             line = tau[i, start:start + here]
             for j in range(here):
                 tau_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_dynamics_state_jacobian_p(q_, qd_, tau_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian(x, u, out, k, S):
+def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (shoulder): acceleration
+    a_1r_x = s_1 * 9.81
     a_1r_y = c_1 * 9.81
     # link 2 (elbow): acceleration of its joint
-    a_2b_x = s_1 * 9.81 - qd_1 * qd_1 * 0.5
+    a_2b_x = a_1r_x - qd_1 * qd_1 * 0.5
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): Newton, inertial force
-    F_2_x = omega_2_z * omega_2_z * -0.1728
-    # link 2 (elbow): Euler, inertial moment
-    N_2_z = (s_2 * a_2b_x - c_2 * a_1r_y) * -0.1728
+    # link 2 (elbow): twice the velocity of its frame
+    v_2r_x = qd_1 * s_2
+    # link 2 (elbow): composite body, before its turn
+    h_2t_x = c_2 * 0.1728
+    h_2t_y = s_2 * 0.1728
+    t23 = qd_2 * s_2
+    # link 1 (shoulder): composite body
+    h_1_x = h_2t_x + 0.702
+    # link 2 (elbow): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.5
+    x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
+    g_2r_x = s_2 * a_1r_y + c_2 * a_1r_x
+    t38 = c_2 * 0.0864 + 0.046195200000000006
     # effort less bias force
-    t29 = u_2 - N_2_z
+    t45 = u_2 - 0.1728 * x2_1_2_vr_x - 0.0864 * (qd_1 * v_2r_x)
     # solve: L D L^T
-    t31 = m_2_2_b_z * 21.647270712108615
-    t37 = c_2 * 0.1728 - m_2_2_b_z * t31 + 0.35233919999999996
-    t46 = u_1 - c_1 * 6.88662 - N_2_z - t29 * t31 - 0.5 * (s_2 * F_2_x)
-    t48 = 1.0 / t37
-    t49 = t46 * t48
-    # link 2 (elbow): acceleration of its joint
-    a_2b_y = a_1r_y + 0.5 * t49
-    # derivative: link 2 (elbow): acceleration
-    t56 = s_2 * qd_1
-    t58 = c_2 * a_2b_x + s_2 * a_2b_y
-    t61 = s_2 * a_1r_y + 9.81 * (c_2 * s_1)
-    # link 2 (elbow): angular acceleration
-    alpha_2_z = t49 + t29 * 21.647270712108615 - t31 * t49
+    t47 = t38 * 21.647270712108615
     # derivative of effort
-    t69 = 0.1728 * t61
+    t53 = omega_2_z * x0_1_2_vr_x
     # solve: L D L^T
-    t74 = t48 * (t69 + s_1 * 6.88662 - t31 * t69)
-    # derivative of effort
-    t79 = 0.1728 * t58
+    t60 = u_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t45 * t47 + 0.0864 * (qd_1 * t23)
+    t64 = 1.0 / (h_2t_x - t38 * t47 + 0.3523392)
+    t65 = (t60 + 0.1728 * (qd_2 * t53)) * t64
+    # link 2 (elbow): acceleration
+    t70 = c_2 * a_2b_x + s_2 * (a_1r_y + 0.5 * t65)
+    # link 2 (elbow): change with its position
+    t74 = 0.1728 * t70
     # solve: L D L^T
-    t82 = 0.5 * (c_2 * F_2_x - 0.1728 * (s_2 * alpha_2_z)) - t79
-    t84 = t48 * (t31 * t79 + t82)
-    t91 = 0.1728 * (s_2 * omega_2_z)
-    t95 = t48 * (t91 - 0.1728 * (t56 - t31 * t56))
-    t100 = t48 * t91
+    t78 = a_1r_x * h_1_x + a_1r_y * h_2t_y - 0.1728 * (g_2r_x * t47)
+    t79 = t64 * t78
+    t87 = x0_1_2_vr_x * (t65 + t45 * 21.647270712108615 - t47 * t65)
+    t90 = t74 - t47 * t74 + 0.0864 * (c_2 * (omega_2_z * omega_2_z))
+    t93 = t64 * (t90 + 0.1728 * t87)
+    t100 = 0.1728 * (t64 * (t23 + v_2r_x * t47))
+    t107 = t53 * t64 * 0.3456
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3814,14 +3927,14 @@ def _state_derivative_state_jacobian(x, u, out, k, S):
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
-    out[8 * S + k] = t74
-    out[9 * S + k] = -t84
-    out[10 * S + k] = t95
-    out[11 * S + k] = t100
-    out[12 * S + k] = t61 * 3.740648379052369 - t31 * t74
-    out[13 * S + k] = t31 * t84 + t58 * 3.740648379052369
-    out[14 * S + k] = t56 * -3.740648379052369 - t31 * t95
-    out[15 * S + k] = -(t31 * t100)
+    out[8 * S + k] = t79
+    out[9 * S + k] = t93
+    out[10 * S + k] = t100
+    out[11 * S + k] = t107
+    out[12 * S + k] = g_2r_x * 3.740648379052369 - t47 * t79
+    out[13 * S + k] = t70 * 3.740648379052369 - t47 * t93
+    out[14 * S + k] = v_2r_x * -3.740648379052369 - t47 * t100
+    out[15 * S + k] = -(t47 * t107)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3832,7 +3945,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(16)
-    _state_derivative_state_jacobian(x, u, out, 0, 1)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -3845,7 +3958,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3853,26 +3966,24 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 22:
         raise ValueError("state_derivative_state_jacobian_packed takes 22 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_state_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3883,8 +3994,8 @@ def state_derivative_state_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    _state_derivative_state_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 16)
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -3898,7 +4009,9 @@ def state_derivative_state_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _state_derivative_state_jacobian_rows(x, u, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -3909,8 +4022,10 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -3925,11 +4040,12 @@ def state_derivative_state_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((16, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -3938,17 +4054,17 @@ def state_derivative_state_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
@@ -3963,63 +4079,54 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
-    J_2_x1 = p_m_2 * p_r_2
+    J_2_x1 = p_r_2 * p_m_2
     # link 1 (shoulder): base parameters
-    t12 = p_m_1 * p_r_1
-    t14 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_r_2 * J_2_x1
-    t19 = p_l_1 * J_2_x1
-    t20 = c_2 * t19
-    m_2_2_b_z = M_2_2 + t20
-    # link 1 (shoulder): base parameters
-    J_1_x1 = t12 + t14
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    t20 = p_r_1 * p_m_1
+    t22 = p_m_2 * p_l_1
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
-    # link 1 (shoulder): Euler, inertial moment
-    N_1_z = J_1_x1 * a_1r_y
     # link 2 (elbow): acceleration of its joint
     a_2b_x = a_1r_x - p_l_1 * (qd_1 * qd_1)
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): Newton, inertial force
-    t40 = J_2_x1 * (omega_2_z * omega_2_z)
     # link 2 (elbow): Euler, inertial moment
-    t41 = J_2_x1 * (s_2 * a_2b_x - c_2 * a_1r_y)
+    t30 = p_I_2 + p_r_2 * J_2_x1
+    # link 2 (elbow): composite body, before its turn
+    h_2t_x = c_2 * J_2_x1
+    h_2t_y = s_2 * J_2_x1
+    # link 1 (shoulder): composite body
+    h_1_x = h_2t_x + (t20 + t22)
+    t35 = p_l_1 * h_2t_y
+    # link 1 (shoulder): composite body: flow of its moments
+    C_1_n_z = qd_2 * t35 * -2.0
+    # link 2 (elbow): Coriolis terms
+    C_2_c_z = qd_1 * t35 * 2.0
+    # link 2 (elbow): axis of joint 1
+    x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
+    t50 = p_l_1 * h_2t_x
+    t54 = 2.0 * (omega_2_z * t35)
+    t55 = t30 + t50
+    t58 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
     # effort less bias force
-    t44 = u_2 + t41
+    t64 = u_2 - J_2_x1 * x2_1_2_vr_x - qd_1 * C_2_c_z * 0.5
     # solve: L D L^T
-    t46 = 1.0 / M_2_2
-    t47 = m_2_2_b_z * t46
-    t54 = M_2_2 + (p_l_1 * t14 + (p_I_1 + p_r_1 * t12)) + t20 * 2.0
-    t60 = t40 * (p_l_1 * s_2) + (t41 + (u_1 - N_1_z)) - t44 * t47
-    t61 = 1.0 / (t54 - m_2_2_b_z * t47)
-    t62 = t60 * t61
-    # link 2 (elbow): acceleration of its joint
-    a_2b_y = a_1r_y + p_l_1 * t62
-    # link 2 (elbow): angular acceleration
-    alpha_2_z = t62 + t44 * t46 - t47 * t62
-    # derivative: link 2 (elbow): Euler, inertial moment
-    t77 = J_2_x1 * (c_2 * a_2b_x + s_2 * a_2b_y)
-    t78 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
-    t79 = s_2 * t19
-    t81 = 2.0 * (qd_1 * t79)
-    # derivative: link 2 (elbow): moment, in frame 1
-    t87 = omega_2_z * t79
+    t66 = 1.0 / t30
+    t67 = t55 * t66
+    t75 = p_l_1 * (t22 + h_2t_x * 2.0) + (t30 + (p_I_1 + p_r_1 * t20) - t55 * t67)
+    t84 = u_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t64 * t67 - 0.5 * (qd_1 * C_1_n_z - qd_2 * t54)
+    t85 = 1.0 / t75
+    t86 = t84 * t85
+    # link 2 (elbow): change with its position
+    t95 = J_2_x1 * (c_2 * a_2b_x + s_2 * (a_1r_y + p_l_1 * t86))
     # solve: L D L^T
-    t91 = t61 * (J_1_x1 * a_1r_x + t78 - t47 * t78)
-    t96 = t77 + p_l_1 * (alpha_2_z * (J_2_x1 * s_2) + c_2 * t40)
-    t98 = t61 * (t96 - t47 * t77)
-    t106 = t61 * (t81 - 2.0 * t87 - t47 * t81)
-    t111 = t61 * t87
+    t100 = t85 * (a_1r_x * h_1_x + a_1r_y * h_2t_y - t58 * t67)
+    t106 = t35 * (t86 + t64 * t66 - t67 * t86) + (t50 * (omega_2_z * omega_2_z) + t95)
+    t108 = t85 * (t106 - t67 * t95)
+    t114 = t85 * (C_1_n_z - C_2_c_z * t67)
+    t119 = t54 * t85
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -4028,14 +4135,14 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S):
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
-    out[8 * S + k] = t91
-    out[9 * S + k] = t98
-    out[10 * S + k] = -t106
-    out[11 * S + k] = 2.0 * t111
-    out[12 * S + k] = t46 * t78 - t47 * t91
-    out[13 * S + k] = t46 * t77 - t47 * t98
-    out[14 * S + k] = t47 * t106 - t46 * t81
-    out[15 * S + k] = t47 * t111 * -2.0
+    out[8 * S + k] = t100
+    out[9 * S + k] = t108
+    out[10 * S + k] = -t114
+    out[11 * S + k] = t119
+    out[12 * S + k] = t58 * t66 - t67 * t100
+    out[13 * S + k] = t66 * t95 - t67 * t108
+    out[14 * S + k] = t67 * t114 - C_2_c_z * t66
+    out[15 * S + k] = -(t67 * t119)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4048,7 +4155,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(16)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -4063,7 +4170,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4071,26 +4178,24 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 35:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 35 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _state_derivative_state_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_state_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4103,8 +4208,8 @@ def state_derivative_state_jacobian_p_batch(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    _state_derivative_state_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 16)
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -4120,7 +4225,9 @@ def state_derivative_state_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _state_derivative_state_jacobian_p_rows(x, u, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4133,8 +4240,10 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -4151,11 +4260,12 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 13 entries")
     count = x.shape[1]
     out = np.empty((16, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(704)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4164,26 +4274,23 @@ def state_derivative_state_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_state_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_state_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian(x, u, out, k, S):
+def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     q_2 = x[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
+    _, c_2 = turns((q_2,))
+    t5 = c_2 * 0.0864 + 0.046195200000000006
     # solve: L D L^T
-    t7 = m_2_2_b_z * 21.647270712108615
-    t13 = c_2 * 0.1728 - m_2_2_b_z * t7 + 0.35233919999999996
-    t16 = 1.0 / t13
+    t7 = t5 * 21.647270712108615
+    t16 = 1.0 / (c_2 * 0.1728 - t5 * t7 + 0.3523392)
     t17 = t7 * t16
     t18 = -t17
     out[0 * S + k] = 0.0
@@ -4204,7 +4311,7 @@ def state_derivative_input_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(8)
-    _state_derivative_input_jacobian(x, u, out, 0, 1)
+    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 2))
 
 
@@ -4217,7 +4324,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4225,26 +4332,23 @@ def state_derivative_input_jacobian_packed(both):
     """state_derivative_input_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("state_derivative_input_jacobian_packed takes 14 numbers: x, u, result")
-    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_input_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4255,8 +4359,8 @@ def state_derivative_input_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_input_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 8)
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 2))
 
 
@@ -4270,7 +4374,9 @@ def state_derivative_input_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 2):
         raise ValueError("out must have the shape (states, 4, 2)")
-    _state_derivative_input_jacobian_rows(x, u, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4281,8 +4387,10 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -4297,11 +4405,12 @@ def state_derivative_input_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4310,17 +4419,17 @@ def state_derivative_input_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     q_2 = x[1 * S + k]
     p_l_1 = p[1]
     p_m_1 = p[3]
@@ -4329,19 +4438,18 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    _, c_2 = turns((q_2,))
     # link 1 (shoulder): base parameters
-    t12 = p_l_1 * p_m_2
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_m_2 * (p_r_2 * p_r_2)
-    t17 = c_2 * (p_r_2 * t12)
-    m_2_2_b_z = M_2_2 + t17
+    t13 = p_l_1 * p_m_2
+    # link 1 (shoulder): composite body
+    t16 = t13 * (p_r_2 * c_2)
+    t17 = p_I_2 + p_m_2 * (p_r_2 * p_r_2)
+    t18 = t16 + t17
     # solve: L D L^T
-    t20 = 1.0 / M_2_2
-    t21 = m_2_2_b_z * t20
-    t25 = M_2_2 + (p_l_1 * t12 + (p_I_1 + p_m_1 * (p_r_1 * p_r_1)))
-    t31 = 1.0 / (t25 + t17 * 2.0 - m_2_2_b_z * t21)
+    t20 = 1.0 / t17
+    t21 = t18 * t20
+    t27 = p_l_1 * t13 + (p_I_1 + p_m_1 * (p_r_1 * p_r_1)) + t16 * 2.0
+    t31 = 1.0 / (t17 + t27 - t18 * t21)
     t32 = t21 * t31
     t33 = -t32
     out[0 * S + k] = 0.0
@@ -4364,7 +4472,7 @@ def state_derivative_input_jacobian_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(8)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 2))
 
 
@@ -4379,7 +4487,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4387,26 +4495,23 @@ def state_derivative_input_jacobian_p_packed(both):
     """state_derivative_input_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 27:
         raise ValueError("state_derivative_input_jacobian_p_packed takes 27 numbers: x, u, p, result")
-    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _state_derivative_input_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_input_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(8):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 8, 0, 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4419,8 +4524,8 @@ def state_derivative_input_jacobian_p_batch(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    _state_derivative_input_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 8)
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 2))
 
 
@@ -4436,7 +4541,9 @@ def state_derivative_input_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 2):
         raise ValueError("out must have the shape (states, 4, 2)")
-    _state_derivative_input_jacobian_p_rows(x, u, p, out.reshape((count, 8)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_input_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4449,8 +4556,10 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 8))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 8)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
@@ -4467,11 +4576,12 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 13 entries")
     count = x.shape[1]
     out = np.empty((8, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(256)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -4480,29 +4590,24 @@ def state_derivative_input_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_input_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_input_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(8):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S):
+def _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     qdd_1 = qdd[0 * S + k]
     qdd_2 = qdd[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 1 (shoulder): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (elbow): acceleration of its joint
@@ -4564,7 +4669,7 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
     if qdd.shape[0] != 2:
         raise ValueError("qdd must have 2 entries")
     out = np.empty(26)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
     return out.reshape((2, 13))
 
 
@@ -4579,7 +4684,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 26:
         raise ValueError("out must have 26 entries")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4587,29 +4692,26 @@ def inverse_dynamics_parameter_jacobian_packed(both):
     """inverse_dynamics_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 32:
         raise ValueError("inverse_dynamics_parameter_jacobian_packed takes 32 numbers: q, qd, qdd, result")
-    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1)
+    _inverse_dynamics_parameter_jacobian(both[0:2], both[2:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(832)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
-        for j in range(count):
-            for i in range(26):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1024)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:1024]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 26, 8):
+                _scatter(out, 26, min(i, 18), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4622,8 +4724,8 @@ def inverse_dynamics_parameter_jacobian_batch(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 26))
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, 0, count)
+    out = np.empty(count * 26)
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 13))
 
 
@@ -4639,7 +4741,9 @@ def inverse_dynamics_parameter_jacobian_batch_into(q, qd, qdd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 13):
         raise ValueError("out must have the shape (states, 2, 13)")
-    _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out.reshape((count, 26)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4652,8 +4756,11 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
         raise ValueError("qdd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 26))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 26)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 13))
@@ -4670,12 +4777,13 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
         raise ValueError("qdd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((26, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(832)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1024)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:1024]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4688,17 +4796,17 @@ def inverse_dynamics_parameter_jacobian_soa(q, qd, qdd):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian(q_, qd_, qdd_, out_, j, BLOCK, _apart)
         for i in range(26):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 13, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
+def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
@@ -4711,17 +4819,12 @@ def _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, k, S):
     p_m_2 = p[4]
     p_r_1 = p[5]
     p_r_2 = p[6]
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): base parameters
     J_2_x1 = p_m_2 * p_r_2
     # link 1 (shoulder): base parameters
     t14 = p_l_1 * p_m_2
     J_1_x1 = t14 + p_m_1 * p_r_1
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
@@ -4788,7 +4891,7 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(26)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
     return out.reshape((2, 13))
 
 
@@ -4805,7 +4908,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 26:
         raise ValueError("out must have 26 entries")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4813,29 +4916,26 @@ def inverse_dynamics_parameter_jacobian_p_packed(both):
     """inverse_dynamics_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 45:
         raise ValueError("inverse_dynamics_parameter_jacobian_p_packed takes 45 numbers: q, qd, qdd, p, result")
-    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _inverse_dynamics_parameter_jacobian_p(both[0:2], both[2:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(832)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-            for i in range(2):
-                qdd_[32 * i + j] = qdd[start + j, i]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(26):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1024)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:1024]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+            _gather(qdd, 2, 0, 2, start + j, last - 1, qdd_, j)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 26, 8):
+                _scatter(out, 26, min(i, 18), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4850,8 +4950,8 @@ def inverse_dynamics_parameter_jacobian_p_batch(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 26))
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, 0, count)
+    out = np.empty(count * 26)
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 13))
 
 
@@ -4869,7 +4969,9 @@ def inverse_dynamics_parameter_jacobian_p_batch_into(q, qd, qdd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 13):
         raise ValueError("out must have the shape (states, 2, 13)")
-    _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out.reshape((count, 26)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _inverse_dynamics_parameter_jacobian_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), np.asarray(qdd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -4884,8 +4986,11 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 26))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 26)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 13))
@@ -4904,12 +5009,13 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((26, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    qdd_ = np.zeros(64)
-    block = np.empty(832)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1024)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    qdd_ = tile[128:192]
+    out_ = tile[192:1024]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -4922,31 +5028,25 @@ def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
             line = qdd[i, start:start + here]
             for j in range(here):
                 qdd_[32 * i + j] = line[j]
-        for j in range(32):
-            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _inverse_dynamics_parameter_jacobian_p(q_, qd_, qdd_, p, out_, j, BLOCK, _apart)
         for i in range(26):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 13, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian(x, u, out, k, S):
+def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
     qd_2 = x[3 * S + k]
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    m_2_2_b_z = c_2 * 0.0864 + 0.046195200000000006
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
+    t9 = c_2 * 0.0864 + 0.046195200000000006
     # link 1 (shoulder): acceleration
     a_1r_y = c_1 * 9.81
     # link 1 (shoulder): products of angular velocity
@@ -4964,10 +5064,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S):
     # effort less bias force
     t29 = u_2 - N_2_z
     # solve: L D L^T
-    t31 = m_2_2_b_z * 21.647270712108615
-    t37 = c_2 * 0.1728 - m_2_2_b_z * t31 + 0.35233919999999996
+    t31 = t9 * 21.647270712108615
     t45 = u_1 - c_1 * 6.88662 - N_2_z + 0.0864 * t28 - t29 * t31
-    t47 = 1.0 / t37
+    t47 = 1.0 / (c_2 * 0.1728 - t9 * t31 + 0.3523392)
     t48 = t45 * t47
     # link 2 (elbow): acceleration of its joint
     a_2b_y = a_1r_y + 0.5 * t48
@@ -5058,7 +5157,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(52)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 13))
 
 
@@ -5071,7 +5170,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 52:
         raise ValueError("out must have 52 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5079,26 +5178,24 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 58:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 58 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1)
+    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_rows(x, u, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(1664)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
-        for j in range(count):
-            for i in range(52):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1856)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:1856]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 52, 8):
+                _scatter(out, 52, min(i, 44), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5109,8 +5206,8 @@ def state_derivative_parameter_jacobian_batch(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 52))
-    _state_derivative_parameter_jacobian_rows(x, u, out, 0, count)
+    out = np.empty(count * 52)
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 13))
 
 
@@ -5124,7 +5221,9 @@ def state_derivative_parameter_jacobian_batch_into(x, u, out):
     count = x.shape[0]
     if out.shape != (count, 4, 13):
         raise ValueError("out must have the shape (states, 4, 13)")
-    _state_derivative_parameter_jacobian_rows(x, u, out.reshape((count, 52)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5135,8 +5234,10 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
         raise ValueError("u must have as many rows as x, and 2 columns")
     count = x.shape[0]
-    out = np.empty((count, 52))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 52)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 13))
@@ -5151,11 +5252,12 @@ def state_derivative_parameter_jacobian_soa(x, u):
         raise ValueError("u must have as many columns as x, and 2 rows")
     count = x.shape[1]
     out = np.empty((52, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(1664)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1856)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:1856]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5164,17 +5266,17 @@ def state_derivative_parameter_jacobian_soa(x, u):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian(x_, u_, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
         for i in range(52):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 13, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
+def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     q_1 = x[0 * S + k]
     q_2 = x[1 * S + k]
     qd_1 = x[2 * S + k]
@@ -5189,27 +5291,22 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     p_r_2 = p[6]
     p_I_1 = p[7]
     p_I_2 = p[8]
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
     # link 2 (elbow): base parameters
-    t10 = p_r_2 * p_r_2
+    t13 = p_r_2 * p_r_2
     J_2_x1 = p_m_2 * p_r_2
     # link 1 (shoulder): base parameters
-    t13 = p_r_1 * p_r_1
-    t15 = p_l_1 * p_l_1
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
-    # link 2 (elbow): effort when joint 2 is accelerated
-    M_2_2 = p_I_2 + p_m_2 * t10
-    m_2_2_f_y = J_2_x1 * c_2
-    t21 = p_l_1 * m_2_2_f_y
-    m_2_2_b_z = M_2_2 + t21
+    t16 = p_r_1 * p_r_1
+    t18 = p_l_1 * p_l_1
+    # link 1 (shoulder): composite body
+    t20 = c_2 * J_2_x1
+    t21 = p_l_1 * t20
+    t22 = p_I_2 + p_m_2 * t13
+    t23 = t21 + t22
     # link 1 (shoulder): base parameters
     t27 = p_l_1 * p_m_2
     t28 = p_m_1 * p_r_1
     J_1_x1 = t27 + t28
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
     # link 1 (shoulder): acceleration
     a_1r_x = p_g * s_1
     a_1r_y = p_g * c_1
@@ -5232,10 +5329,10 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     # effort less bias force
     t47 = u_2 + t42
     # solve: L D L^T
-    t49 = 1.0 / M_2_2
-    t50 = m_2_2_b_z * t49
-    t57 = M_2_2 + (p_m_2 * t15 + (p_I_1 + p_m_1 * t13)) + t21 * 2.0
-    t64 = 1.0 / (t57 - m_2_2_b_z * t50)
+    t49 = 1.0 / t22
+    t50 = t23 * t49
+    t57 = t22 + (p_m_2 * t18 + (p_I_1 + p_m_1 * t16) + t21 * 2.0)
+    t64 = 1.0 / (t57 - t23 * t50)
     t65 = (p_l_1 * t45 + (t42 + (u_1 - N_1_z)) - t47 * t50) * t64
     # link 2 (elbow): acceleration of its joint
     a_2b_y = a_1r_y + p_l_1 * t65
@@ -5246,16 +5343,16 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S):
     # derivative: link 2 (elbow): Euler, inertial moment
     t90 = J_2_x1 * (s_2 * s_1 - c_2 * c_1)
     t91 = J_2_x1 * (s_2 * w_1_zz + c_2 * t65)
-    t92 = t10 * alpha_2_z - p_r_2 * t82
+    t92 = t13 * alpha_2_z - p_r_2 * t82
     t95 = p_m_2 * t82 - 2.0 * (J_2_x1 * alpha_2_z)
     # derivative: link 2 (elbow): force, before its turn
     t98 = t44 - c_2 * alpha_2_z
     # solve: L D L^T
     t103 = t64 * (t50 * t90 + (J_1_x1 * c_1 - t90))
-    t113 = t50 * t91 + (t45 - p_m_2 * a_1r_y - t91 - m_2_2_f_y * alpha_2_z)
+    t113 = t50 * t91 + (t45 - p_m_2 * a_1r_y - t91 - t20 * alpha_2_z)
     t116 = t64 * (t113 - 2.0 * (t27 * t65))
-    t122 = t64 * (p_r_1 * a_1r_y + t13 * t65)
-    t131 = p_l_1 * (a_1r_y - p_r_2 * t98) + (t15 * t65 + t92 - t50 * t92)
+    t122 = t64 * (p_r_1 * a_1r_y + t16 * t65)
+    t131 = p_l_1 * (a_1r_y - p_r_2 * t98) + (t18 * t65 + t92 - t50 * t92)
     t132 = t64 * t131
     t140 = t64 * (p_m_1 * a_1r_y + 2.0 * (t28 * t65))
     t146 = t64 * (t95 + t27 * t98 - t50 * t95)
@@ -5325,7 +5422,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(52)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 13))
 
 
@@ -5340,7 +5437,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 52:
         raise ValueError("out must have 52 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5348,26 +5445,24 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 71 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1)
+    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _state_derivative_parameter_jacobian_p_rows(x, u, p, out, first, last):
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(1664)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(4):
-                x_[32 * i + j] = x[start + j, i]
-            for i in range(2):
-                u_[32 * i + j] = u[start + j, i]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
-        for j in range(count):
-            for i in range(52):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(1856)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:1856]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(x, 4, 0, 4, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 52, 8):
+                _scatter(out, 52, min(i, 44), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5380,8 +5475,8 @@ def state_derivative_parameter_jacobian_p_batch(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 52))
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out, 0, count)
+    out = np.empty(count * 52)
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 13))
 
 
@@ -5397,7 +5492,9 @@ def state_derivative_parameter_jacobian_p_batch_into(x, u, p, out):
     count = x.shape[0]
     if out.shape != (count, 4, 13):
         raise ValueError("out must have the shape (states, 4, 13)")
-    _state_derivative_parameter_jacobian_p_rows(x, u, p, out.reshape((count, 52)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5410,8 +5507,10 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = x.shape[0]
-    out = np.empty((count, 52))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 52)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 13))
@@ -5428,11 +5527,12 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
         raise ValueError("p must have 13 entries")
     count = x.shape[1]
     out = np.empty((52, count))
-    x_ = np.zeros(128)
-    u_ = np.zeros(64)
-    block = np.empty(1664)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(1856)
+    x_ = tile[0:128]
+    u_ = tile[128:192]
+    out_ = tile[192:1856]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(4):
             line = x[i, start:start + here]
             for j in range(here):
@@ -5441,29 +5541,26 @@ def state_derivative_parameter_jacobian_p_soa(x, u, p):
             line = u[i, start:start + here]
             for j in range(here):
                 u_[32 * i + j] = line[j]
-        for j in range(32):
-            _state_derivative_parameter_jacobian_p(x_, u_, p, block, j, 32)
+        for j in range(BLOCK):
+            _state_derivative_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
         for i in range(52):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 13, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics(q, out, k, S):
+def _forward_kinematics(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    # link 2 (elbow): orientation
+    t2 = q_1 + q_2
+    s_1, c_1, R_2_21, R_2_11 = turns((q_1, t2,))
     # link 2 (elbow): origin of its joint
     x_2_x = c_1 * 0.5
     x_2_y = s_1 * 0.5
     # link 2 (elbow): orientation
-    t8 = q_1 + q_2
-    R_2_11 = _cos(t8)
-    R_2_21 = _sin(t8)
     R_2_12 = -R_2_21
     out[0 * S + k] = R_2_11
     out[1 * S + k] = R_2_12
@@ -5489,7 +5586,7 @@ def forward_kinematics(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1)
+    _forward_kinematics(q, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -5500,7 +5597,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics(q, out.ravel(), 0, 1)
+    _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5508,23 +5605,22 @@ def forward_kinematics_packed(both):
     """forward_kinematics of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 18:
         raise ValueError("forward_kinematics_packed takes 18 numbers: q, result")
-    _forward_kinematics(both[0:2], both[2:], 0, 1)
+    _forward_kinematics(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5533,8 +5629,8 @@ def forward_kinematics_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_rows(q, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -5546,7 +5642,9 @@ def forward_kinematics_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_rows(q, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5555,8 +5653,9 @@ def forward_kinematics_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -5569,38 +5668,36 @@ def forward_kinematics_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics(q_, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics(q_, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_kinematics_p(q, p, out, k, S):
+def _forward_kinematics_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_l_1 = p[1]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    # link 2 (elbow): orientation
+    t2 = q_1 + q_2
+    s_1, c_1, R_2_21, R_2_11 = turns((q_1, t2,))
     # link 2 (elbow): origin of its joint
     x_2_x = p_l_1 * c_1
     x_2_y = p_l_1 * s_1
     # link 2 (elbow): orientation
-    t8 = q_1 + q_2
-    R_2_11 = _cos(t8)
-    R_2_21 = _sin(t8)
     R_2_12 = -R_2_21
     out[0 * S + k] = R_2_11
     out[1 * S + k] = R_2_12
@@ -5628,7 +5725,7 @@ def forward_kinematics_p(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1)
+    _forward_kinematics_p(q, p, out, 0, 1, _together)
     return out.reshape((4, 4))
 
 
@@ -5641,7 +5738,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1)
+    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5649,23 +5746,22 @@ def forward_kinematics_p_packed(both):
     """forward_kinematics_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 31:
         raise ValueError("forward_kinematics_p_packed takes 31 numbers: q, p, result")
-    _forward_kinematics_p(both[0:2], both[2:15], both[15:], 0, 1)
+    _forward_kinematics_p(both[0:2], both[2:15], both[15:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(16):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 16, 8):
+                _scatter(out, 16, min(i, 8), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5676,8 +5772,8 @@ def forward_kinematics_p_batch(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    _forward_kinematics_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 16)
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 4, 4))
 
 
@@ -5691,7 +5787,9 @@ def forward_kinematics_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 4, 4):
         raise ValueError("out must have the shape (states, 4, 4)")
-    _forward_kinematics_p_rows(q, p, out.reshape((count, 16)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_kinematics_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5702,8 +5800,9 @@ def forward_kinematics_p_batch_parallel(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 16))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 16)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
@@ -5718,29 +5817,28 @@ def forward_kinematics_p_soa(q, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((16, count))
-    q_ = np.zeros(64)
-    block = np.empty(512)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(576)
+    q_ = tile[0:64]
+    out_ = tile[64:576]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _forward_kinematics_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _forward_kinematics_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(16):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((4, 4, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian(q, out, k, S):
+def _jacobian(q, out, k, S, turns):
     q_1 = q[0 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1 = turns((q_1,))
     # link 2 (elbow): origin of its joint
     x_2_x = c_1 * 0.5
     out[0 * S + k] = s_1 * -0.5
@@ -5763,7 +5861,7 @@ def jacobian(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(12)
-    _jacobian(q, out, 0, 1)
+    _jacobian(q, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5774,7 +5872,7 @@ def jacobian_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian(q, out.ravel(), 0, 1)
+    _jacobian(q, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5782,23 +5880,22 @@ def jacobian_packed(both):
     """jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 14:
         raise ValueError("jacobian_packed takes 14 numbers: q, result")
-    _jacobian(both[0:2], both[2:], 0, 1)
+    _jacobian(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5807,8 +5904,8 @@ def jacobian_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rows(q, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5820,7 +5917,9 @@ def jacobian_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rows(q, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5829,8 +5928,9 @@ def jacobian_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5843,30 +5943,29 @@ def jacobian_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian(q_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian(q_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_p(q, p, out, k, S):
+def _jacobian_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     p_l_1 = p[1]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1 = turns((q_1,))
     # link 2 (elbow): origin of its joint
     x_2_x = p_l_1 * c_1
     x_2_y = p_l_1 * s_1
@@ -5892,7 +5991,7 @@ def jacobian_p(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(12)
-    _jacobian_p(q, p, out, 0, 1)
+    _jacobian_p(q, p, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -5905,7 +6004,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_p(q, p, out.ravel(), 0, 1)
+    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5913,23 +6012,22 @@ def jacobian_p_packed(both):
     """jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 27:
         raise ValueError("jacobian_p_packed takes 27 numbers: q, p, result")
-    _jacobian_p(both[0:2], both[2:15], both[15:], 0, 1)
+    _jacobian_p(both[0:2], both[2:15], both[15:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5940,8 +6038,8 @@ def jacobian_p_batch(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_p_rows(q, p, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -5955,7 +6053,9 @@ def jacobian_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_p_rows(q, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -5966,8 +6066,9 @@ def jacobian_p_batch_parallel(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -5982,30 +6083,29 @@ def jacobian_p_soa(q, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(448)
+    q_ = tile[0:64]
+    out_ = tile[64:448]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate(q, qd, out, k, S):
+def _jacobian_rate(q, qd, out, k, S, turns):
     q_1 = q[0 * S + k]
     qd_1 = qd[0 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1 = turns((q_1,))
     # joint 1: velocity of the tool from here on
     u_1_x = qd_1 * s_1 * -0.5
     out[0 * S + k] = -0.5 * (qd_1 * c_1)
@@ -6030,7 +6130,7 @@ def jacobian_rate(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(12)
-    _jacobian_rate(q, qd, out, 0, 1)
+    _jacobian_rate(q, qd, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -6043,7 +6143,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1)
+    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6051,26 +6151,24 @@ def jacobian_rate_packed(both):
     """jacobian_rate of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 16:
         raise ValueError("jacobian_rate_packed takes 16 numbers: q, qd, result")
-    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1)
+    _jacobian_rate(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6081,8 +6179,8 @@ def jacobian_rate_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rate_rows(q, qd, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -6096,7 +6194,9 @@ def jacobian_rate_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rate_rows(q, qd, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6107,8 +6207,10 @@ def jacobian_rate_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -6123,11 +6225,12 @@ def jacobian_rate_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6136,23 +6239,21 @@ def jacobian_rate_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _jacobian_rate_p(q, qd, p, out, k, S):
+def _jacobian_rate_p(q, qd, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     qd_1 = qd[0 * S + k]
     p_l_1 = p[1]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1 = turns((q_1,))
     # joint 1: velocity of the tool from here on
     t5 = qd_1 * p_l_1
     u_1_x = -(s_1 * t5)
@@ -6181,7 +6282,7 @@ def jacobian_rate_p(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(12)
-    _jacobian_rate_p(q, qd, p, out, 0, 1)
+    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((6, 2))
 
 
@@ -6196,7 +6297,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1)
+    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6204,26 +6305,24 @@ def jacobian_rate_p_packed(both):
     """jacobian_rate_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 29:
         raise ValueError("jacobian_rate_p_packed takes 29 numbers: q, qd, p, result")
-    _jacobian_rate_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1)
+    _jacobian_rate_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _jacobian_rate_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(12):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 12, 8):
+                _scatter(out, 12, min(i, 4), 8, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6236,8 +6335,8 @@ def jacobian_rate_p_batch(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    _jacobian_rate_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 12)
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 6, 2))
 
 
@@ -6253,7 +6352,9 @@ def jacobian_rate_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 6, 2):
         raise ValueError("out must have the shape (states, 6, 2)")
-    _jacobian_rate_p_rows(q, qd, p, out.reshape((count, 12)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _jacobian_rate_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6266,8 +6367,10 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 12))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 12)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _jacobian_rate_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
@@ -6284,11 +6387,12 @@ def jacobian_rate_p_soa(q, qd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((12, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(384)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(512)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:512]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6297,25 +6401,20 @@ def jacobian_rate_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _jacobian_rate_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _jacobian_rate_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(12):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((6, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass(q, out, k, S):
+def _center_of_mass(q, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): all from here on: first moment, before its turn
     h_2t_y = s_2 * 0.1728
     # link 1 (shoulder): all from here on: first moment
@@ -6333,7 +6432,7 @@ def center_of_mass(q):
     if q.shape[0] != 2:
         raise ValueError("q must have 2 entries")
     out = np.empty(3)
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
     return out
 
 
@@ -6344,7 +6443,7 @@ def center_of_mass_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass(q, out, 0, 1)
+    _center_of_mass(q, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6352,23 +6451,21 @@ def center_of_mass_packed(both):
     """center_of_mass of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 5:
         raise ValueError("center_of_mass_packed takes 5 numbers: q, result")
-    _center_of_mass(both[0:2], both[2:], 0, 1)
+    _center_of_mass(both[0:2], both[2:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_rows(q, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6377,9 +6474,9 @@ def center_of_mass_batch(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_rows(q, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6390,7 +6487,9 @@ def center_of_mass_batch_into(q, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_rows(q, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_rows(np.asarray(q, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6399,11 +6498,12 @@ def center_of_mass_batch_parallel(q):
     if q.shape[1] != 2:
         raise ValueError("q must have 2 columns, a row per state")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6413,25 +6513,26 @@ def center_of_mass_soa(q):
         raise ValueError("q must have 2 rows, a column per state")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass(q_, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass(q_, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _center_of_mass_p(q, p, out, k, S):
+def _center_of_mass_p(q, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     q_2 = q[1 * S + k]
     p_l_1 = p[1]
@@ -6439,12 +6540,7 @@ def _center_of_mass_p(q, p, out, k, S):
     p_m_2 = p[4]
     p_r_1 = p[5]
     p_r_2 = p[6]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
-    # link 2 (elbow): rotation
-    c_2 = _cos(q_2)
-    s_2 = _sin(q_2)
+    s_1, c_1, s_2, c_2 = turns((q_1, q_2,))
     # link 2 (elbow): all from here on: first moment
     h_2_x = p_m_2 * p_r_2
     # link 2 (elbow): all from here on: first moment, before its turn
@@ -6470,7 +6566,7 @@ def center_of_mass_p(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(3)
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
     return out
 
 
@@ -6483,7 +6579,7 @@ def center_of_mass_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 3:
         raise ValueError("out must have 3 entries")
-    _center_of_mass_p(q, p, out, 0, 1)
+    _center_of_mass_p(q, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6491,23 +6587,21 @@ def center_of_mass_p_packed(both):
     """center_of_mass_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 18:
         raise ValueError("center_of_mass_p_packed takes 18 numbers: q, p, result")
-    _center_of_mass_p(both[0:2], both[2:15], both[15:], 0, 1)
+    _center_of_mass_p(both[0:2], both[2:15], both[15:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _center_of_mass_p_rows(q, p, out, first, last):
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
-        for j in range(count):
-            for i in range(3):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 3, 0, 3, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6518,9 +6612,9 @@ def center_of_mass_p_batch(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    _center_of_mass_p_rows(q, p, out, 0, count)
-    return out
+    out = np.empty(count * 3)
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6533,7 +6627,9 @@ def center_of_mass_p_batch_into(q, p, out):
     count = q.shape[0]
     if out.shape != (count, 3):
         raise ValueError("out must have the shape (states, 3)")
-    _center_of_mass_p_rows(q, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _center_of_mass_p_rows(np.asarray(q, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6544,11 +6640,12 @@ def center_of_mass_p_batch_parallel(q, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 3))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 3)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 3))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6560,41 +6657,35 @@ def center_of_mass_p_soa(q, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((3, count))
-    q_ = np.zeros(64)
-    block = np.empty(96)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(160)
+    q_ = tile[0:64]
+    out_ = tile[64:160]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
                 q_[32 * i + j] = line[j]
-        for j in range(32):
-            _center_of_mass_p(q_, p, block, j, 32)
+        for j in range(BLOCK):
+            _center_of_mass_p(q_, p, out_, j, BLOCK, _apart)
         for i in range(3):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix(q, qd, out, k, S):
+def _coriolis_matrix(q, qd, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
-    # link 2 (elbow): rotation
-    s_2 = _sin(q_2)
+    s_2, _ = turns((q_2,))
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): composite body: flow of its moments
-    K_2_11 = qd_1 * s_2 * 0.0864
-    # link 2 (elbow): Coriolis terms with joint 2
-    s_2_2_b_z = s_2 * omega_2_z * -0.0864
-    # link 1 (shoulder): Coriolis terms
-    K_1_t = K_2_11 + s_2_2_b_z
-    out[0 * S + k] = K_1_t
-    out[1 * S + k] = s_2_2_b_z
-    out[2 * S + k] = K_2_11
+    out[0 * S + k] = qd_2 * s_2 * -0.0864
+    out[1 * S + k] = -0.0864 * (s_2 * omega_2_z)
+    out[2 * S + k] = qd_1 * s_2 * 0.0864
     out[3 * S + k] = 0.0
 
 
@@ -6606,7 +6697,7 @@ def coriolis_matrix(q, qd):
     if qd.shape[0] != 2:
         raise ValueError("qd must have 2 entries")
     out = np.empty(4)
-    _coriolis_matrix(q, qd, out, 0, 1)
+    _coriolis_matrix(q, qd, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -6619,7 +6710,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1)
+    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6627,26 +6718,23 @@ def coriolis_matrix_packed(both):
     """coriolis_matrix of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 8:
         raise ValueError("coriolis_matrix_packed takes 8 numbers: q, qd, result")
-    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1)
+    _coriolis_matrix(both[0:2], both[2:4], both[4:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_rows(q, qd, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6657,8 +6745,8 @@ def coriolis_matrix_batch(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _coriolis_matrix_rows(q, qd, out, 0, count)
+    out = np.empty(count * 4)
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -6672,7 +6760,9 @@ def coriolis_matrix_batch_into(q, qd, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _coriolis_matrix_rows(q, qd, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6683,8 +6773,10 @@ def coriolis_matrix_batch_parallel(q, qd):
     if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
         raise ValueError("qd must have as many rows as q, and 2 columns")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -6699,11 +6791,12 @@ def coriolis_matrix_soa(q, qd):
         raise ValueError("qd must have as many columns as q, and 2 rows")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6712,38 +6805,31 @@ def coriolis_matrix_soa(q, qd):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix(q_, qd_, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix(q_, qd_, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _coriolis_matrix_p(q, qd, p, out, k, S):
+def _coriolis_matrix_p(q, qd, p, out, k, S, turns):
     q_2 = q[1 * S + k]
     qd_1 = qd[0 * S + k]
     qd_2 = qd[1 * S + k]
     p_l_1 = p[1]
     p_m_2 = p[4]
     p_r_2 = p[6]
-    # link 2 (elbow): rotation
-    s_2 = _sin(q_2)
+    s_2, _ = turns((q_2,))
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): composite body: flow of its moments
+    # link 1 (shoulder): composite body: flow of its moments
     t10 = s_2 * (p_r_2 * (p_l_1 * p_m_2))
-    K_2_11 = qd_1 * t10
-    # link 2 (elbow): Coriolis terms with joint 2
-    t13 = omega_2_z * t10
-    s_2_2_b_z = -t13
-    # link 1 (shoulder): Coriolis terms
-    K_1_t = K_2_11 - t13
-    out[0 * S + k] = K_1_t
-    out[1 * S + k] = s_2_2_b_z
-    out[2 * S + k] = K_2_11
+    out[0 * S + k] = -(qd_2 * t10)
+    out[1 * S + k] = -(omega_2_z * t10)
+    out[2 * S + k] = qd_1 * t10
     out[3 * S + k] = 0.0
 
 
@@ -6757,7 +6843,7 @@ def coriolis_matrix_p(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(4)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1)
+    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
     return out.reshape((2, 2))
 
 
@@ -6772,7 +6858,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1)
+    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6780,26 +6866,23 @@ def coriolis_matrix_p_packed(both):
     """coriolis_matrix_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 21:
         raise ValueError("coriolis_matrix_p_packed takes 21 numbers: q, qd, p, result")
-    _coriolis_matrix_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1)
+    _coriolis_matrix_p(both[0:2], both[2:4], both[4:17], both[17:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _coriolis_matrix_p_rows(q, qd, p, out, first, last):
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(2):
-                qd_[32 * i + j] = qd[start + j, i]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
-        for j in range(count):
-            for i in range(4):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(qd, 2, 0, 2, start + j, last - 1, qd_, j)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 4, 0, 4, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6812,8 +6895,8 @@ def coriolis_matrix_p_batch(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    _coriolis_matrix_p_rows(q, qd, p, out, 0, count)
+    out = np.empty(count * 4)
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out, np.intp(0), count)
     return out.reshape((count, 2, 2))
 
 
@@ -6829,7 +6912,9 @@ def coriolis_matrix_p_batch_into(q, qd, p, out):
     count = q.shape[0]
     if out.shape != (count, 2, 2):
         raise ValueError("out must have the shape (states, 2, 2)")
-    _coriolis_matrix_p_rows(q, qd, p, out.reshape((count, 4)), 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _coriolis_matrix_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(qd, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6842,8 +6927,10 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 4))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 4)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_p_rows(q, qd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
@@ -6860,11 +6947,12 @@ def coriolis_matrix_p_soa(q, qd, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((4, count))
-    q_ = np.zeros(64)
-    qd_ = np.zeros(64)
-    block = np.empty(128)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(256)
+    q_ = tile[0:64]
+    qd_ = tile[64:128]
+    out_ = tile[128:256]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -6873,24 +6961,22 @@ def coriolis_matrix_p_soa(q, qd, p):
             line = qd[i, start:start + here]
             for j in range(here):
                 qd_[32 * i + j] = line[j]
-        for j in range(32):
-            _coriolis_matrix_p(q_, qd_, p, block, j, 32)
+        for j in range(BLOCK):
+            _coriolis_matrix_p(q_, qd_, p, out_, j, BLOCK, _apart)
         for i in range(4):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out.reshape((2, 2, count))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort(q, wrench, out, k, S):
+def _wrench_effort(q, wrench, out, k, S, turns):
     q_1 = q[0 * S + k]
     w_1 = wrench[0 * S + k]
     w_2 = wrench[1 * S + k]
     w_6 = wrench[5 * S + k]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1 = turns((q_1,))
     out[0 * S + k] = w_6 + (w_2 * c_1 - w_1 * s_1) * 0.5
     out[1 * S + k] = w_6
 
@@ -6903,7 +6989,7 @@ def wrench_effort(q, wrench):
     if wrench.shape[0] != 6:
         raise ValueError("wrench must have 6 entries")
     out = np.empty(2)
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
     return out
 
 
@@ -6916,7 +7002,7 @@ def wrench_effort_into(q, wrench, out):
         raise ValueError("wrench must have 6 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _wrench_effort(q, wrench, out, 0, 1)
+    _wrench_effort(q, wrench, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6924,26 +7010,23 @@ def wrench_effort_packed(both):
     """wrench_effort of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 10:
         raise ValueError("wrench_effort_packed takes 10 numbers: q, wrench, result")
-    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1)
+    _wrench_effort(both[0:2], both[2:8], both[8:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_rows(q, wrench, out, first, last):
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6954,9 +7037,9 @@ def wrench_effort_batch(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _wrench_effort_rows(q, wrench, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6969,7 +7052,9 @@ def wrench_effort_batch_into(q, wrench, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _wrench_effort_rows(q, wrench, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -6980,11 +7065,13 @@ def wrench_effort_batch_parallel(q, wrench):
     if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
         raise ValueError("wrench must have as many rows as q, and 6 columns")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6996,11 +7083,12 @@ def wrench_effort_soa(q, wrench):
         raise ValueError("wrench must have as many columns as q, and 6 rows")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7009,25 +7097,23 @@ def wrench_effort_soa(q, wrench):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort(q_, wrench_, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort(q_, wrench_, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _wrench_effort_p(q, wrench, p, out, k, S):
+def _wrench_effort_p(q, wrench, p, out, k, S, turns):
     q_1 = q[0 * S + k]
     w_1 = wrench[0 * S + k]
     w_2 = wrench[1 * S + k]
     w_6 = wrench[5 * S + k]
     p_l_1 = p[1]
-    # link 1 (shoulder): rotation
-    c_1 = _cos(q_1)
-    s_1 = _sin(q_1)
+    s_1, c_1 = turns((q_1,))
     out[0 * S + k] = w_6 + p_l_1 * (w_2 * c_1 - w_1 * s_1)
     out[1 * S + k] = w_6
 
@@ -7042,7 +7128,7 @@ def wrench_effort_p(q, wrench, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(2)
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
     return out
 
 
@@ -7057,7 +7143,7 @@ def wrench_effort_p_into(q, wrench, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
-    _wrench_effort_p(q, wrench, p, out, 0, 1)
+    _wrench_effort_p(q, wrench, p, out, 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7065,26 +7151,23 @@ def wrench_effort_p_packed(both):
     """wrench_effort_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 23:
         raise ValueError("wrench_effort_p_packed takes 23 numbers: q, wrench, p, result")
-    _wrench_effort_p(both[0:2], both[2:8], both[8:21], both[21:], 0, 1)
+    _wrench_effort_p(both[0:2], both[2:8], both[8:21], both[21:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _wrench_effort_p_rows(q, wrench, p, out, first, last):
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(first, last, 32):
-        count = min(32, last - start)
-        for j in range(count):
-            for i in range(2):
-                q_[32 * i + j] = q[start + j, i]
-            for i in range(6):
-                wrench_[32 * i + j] = wrench[start + j, i]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
-        for j in range(count):
-            for i in range(2):
-                out[start + j, i] = block[32 * i + j]
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            _gather(q, 2, 0, 2, start + j, last - 1, q_, j)
+            _gather(wrench, 6, 0, 6, start + j, last - 1, wrench_, j)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7097,9 +7180,9 @@ def wrench_effort_p_batch(q, wrench, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
-    return out
+    out = np.empty(count * 2)
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7114,7 +7197,9 @@ def wrench_effort_p_batch_into(q, wrench, p, out):
     count = q.shape[0]
     if out.shape != (count, 2):
         raise ValueError("out must have the shape (states, 2)")
-    _wrench_effort_p_rows(q, wrench, p, out, 0, count)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _wrench_effort_p_rows(np.asarray(q, np.float64).ravel(), np.asarray(wrench, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
@@ -7127,11 +7212,13 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     count = q.shape[0]
-    out = np.empty((count, 2))
-    share = 32 * (1 + count // (32 * 64))  # not by get_num_threads: that cannot be cached
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
-    return out
+    return out.reshape((count, 2))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7145,11 +7232,12 @@ def wrench_effort_p_soa(q, wrench, p):
         raise ValueError("p must have 13 entries")
     count = q.shape[1]
     out = np.empty((2, count))
-    q_ = np.zeros(64)
-    wrench_ = np.zeros(192)
-    block = np.empty(64)
-    for start in range(0, count, 32):
-        here = min(32, count - start)
+    tile = np.zeros(320)
+    q_ = tile[0:64]
+    wrench_ = tile[64:256]
+    out_ = tile[256:320]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
         for i in range(2):
             line = q[i, start:start + here]
             for j in range(here):
@@ -7158,10 +7246,10 @@ def wrench_effort_p_soa(q, wrench, p):
             line = wrench[i, start:start + here]
             for j in range(here):
                 wrench_[32 * i + j] = line[j]
-        for j in range(32):
-            _wrench_effort_p(q_, wrench_, p, block, j, 32)
+        for j in range(BLOCK):
+            _wrench_effort_p(q_, wrench_, p, out_, j, BLOCK, _apart)
         for i in range(2):
             line = out[i, start:start + here]
             for j in range(here):
-                line[j] = block[32 * i + j]
+                line[j] = out_[BLOCK * i + j]
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 
 import sympy as sp
@@ -45,6 +46,16 @@ def wrench(index: int) -> sp.Symbol:
     return sp.Symbol(f"w_{index}", real=True)
 
 
+def mode(index: int) -> sp.Symbol:
+    """Of a hybrid machine: ``sigma_i`` is what its i-th switch does now."""
+    return sp.Symbol(f"sigma_{index}", real=True)
+
+
+def reference(index: int) -> sp.Symbol:
+    """Reference ``r_i`` of a servo loop."""
+    return sp.Symbol(f"r_{index}", real=True)
+
+
 def arm_effort(index: int) -> sp.Symbol:
     """Stands for the effort of a large arm along ``q_i`` where its closed form would not be read."""
     return sp.Symbol(f"tau_arm_{index}", real=True)
@@ -61,11 +72,13 @@ def local(name: str) -> sp.Symbol:
 
 
 def number(value: Fraction | float | int) -> sp.Expr:
-    """An exact SymPy number; decimal floats become the decimal they print as (0.1 is 1/10)."""
+    """An exact SymPy number; decimal floats become the decimal they print as (0.1 is 1/10), infinity infinity."""
     if isinstance(value, Fraction):
         return sp.Rational(value.numerator, value.denominator)
     if isinstance(value, int):
         return sp.Integer(value)
+    if math.isinf(value):
+        return sp.oo if value > 0 else -sp.oo
     return sp.Rational(repr(value))
 
 

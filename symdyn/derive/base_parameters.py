@@ -67,7 +67,7 @@ def _visible(robot: Robot, chain: Sequence[JointFrame], inertias: Sequence[sp.Ma
                 stands[symbol] = (i, r, c)
         marked.append(matrix)
     steps = Steps()
-    needed = set().union(*(sp.expand(effort).free_symbols for effort in efforts(robot, chain, marked, steps)))
+    needed = set().union(*(sp.expand(effort).free_symbols for effort in efforts(robot, marked, steps)))
     for step in reversed(steps.freeze()):
         if step.symbol in needed:
             needed |= sp.expand(step.expression).free_symbols

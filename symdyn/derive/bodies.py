@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symdyn.derive.kinematics import fixed
-from symdyn.derive.quantities import expression
+from symdyn.derive.quantities import effect_values, expression
+from symdyn.physics import effect
+from symdyn.physics.effect import PointMass
 from symdyn.spec.records import InertiaAbout, Link, Robot
 
 
@@ -37,11 +39,24 @@ class Body:
 
 
 def bodies(robot: Robot) -> tuple[Body, ...]:
-    """One body per joint, in its link's frame; that of the last link carries the tool."""
+    """One body per joint, in its link's frame, with what effects put on it; that of the last link carries the tool."""
     found = [body(joint.link) for joint in robot.joints]
     if robot.tool is not None and not (tool := body(robot.tool.link)).massless:
         found[-1] = _joined(found[-1], _seen_from(tool, *fixed(robot.tool.placement)))
+    at = {joint.name: i for i, joint in enumerate(robot.joints)}
+    for declared in robot.effects:
+        item = effect(declared.type)
+        carried = item.body(effect_values(item, declared.values))
+        if carried is not None:
+            i = at[declared.at]
+            found[i] = _joined(found[i], _point(carried))
     return tuple(found)
+
+
+def _point(carried: PointMass) -> Body:
+    position = sp.Matrix(carried.position)
+    inertia = carried.mass * (position.dot(position) * sp.eye(3) - position * position.T)
+    return Body(carried.mass, carried.mass * position, inertia)
 
 
 def _joined(first: Body, second: Body) -> Body:

@@ -1,63 +1,54 @@
-"""The mass matrix of the arm by composite rigid bodies, every intermediate named (Walker and Orin 1982).
+"""What follows from composite bodies alone, every intermediate named: the mass matrix (Walker and Orin 1982), gravity.
 
-With all joints but one locked, the links beyond it move as one body: the effort at each joint when
-joint j alone is accelerated by one is column j of M. Frames and pseudo-inertias are those of Newton-Euler.
+With all joints but one locked, the links beyond it move as one body: the effort at each joint when joint j alone is
+accelerated by one is column j of M. At rest the same body hangs on its joint.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import sympy as sp
 
+from symdyn.derive.composite_bodies import CompositeBody, composite_bodies
+from symdyn.derive.coriolis_terms import unit_twist, unit_wrench
 from symdyn.derive.grouping import group
-from symdyn.derive.joint_frames import joint_frames, moved
-from symdyn.derive.newton_euler import turns
+from symdyn.derive.newton_euler import base_acceleration, joints_of
+from symdyn.derive.pairs import Load, pairs
+from symdyn.derive.screws import Joint, power
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
-
-_AXES = "xyz1"
 
 
 def mass_matrix(robot: Robot, steps: Steps) -> sp.Matrix:
     """(n, n) of the rigid arm, symmetric; the intermediates go to ``steps``."""
-    chain = joint_frames(robot)
-    names = [joint.name for joint in robot.joints]
-    inertias = group(chain, names, steps)
-    turn = turns(chain, names, steps)
-    n = len(chain)
-    matrix = sp.zeros(n, n)
-    beyond = sp.zeros(4, 4)
-    for j in range(n, 0, -1):
-        frame, label = chain[j - 1], f"link {j} ({names[j - 1]})"
-        body = _symmetric(f"C_{j}", inertias[j - 1] + beyond, f"{label}: composite body", steps)
-        force, moment = _unit_acceleration(body, frame.prismatic)
-        for i in range(j, 0, -1):
-            here, law = chain[i - 1], f"link {i} ({names[i - 1]}): effort when joint {j} is accelerated"
-            entry = force[2] if here.prismatic else moment[2]
-            matrix[i - 1, j - 1] = matrix[j - 1, i - 1] = steps.name(f"M_{i}_{j}", entry, law)
-            if i == 1:
-                break
-            turned = steps.vector(f"m_{i}_{j}_f", turn[i - 1] * force, law)
-            force = here.twist * turned
-            turned = steps.vector(f"m_{i}_{j}_n", turn[i - 1] * moment, law)
-            moment = steps.vector(f"m_{i}_{j}_b", here.twist * turned + here.position.cross(force), law)
-        turned = moved(body, turn[j - 1], sp.zeros(3, 1))
-        turned = _symmetric(f"C_{j}t", turned, f"{label}: composite body, before its turn", steps)
-        beyond = moved(turned, frame.twist, frame.position)
+    joints, bodies = _at_rest(robot, steps)
+    axes = [(unit_twist(joint),) for joint in joints]
+    loads = [Load((unit_wrench(body, joint),), sp.zeros(3, 1)) for body, joint in zip(bodies, joints, strict=True)]
+    matrix = sp.zeros(len(joints), len(joints))
+    for i, j, (unit,), load in pairs(joints, axes, loads, steps):
+        matrix[i, j] = matrix[j, i] = power(unit, load.wrenches[0])
     return matrix
 
 
-def _unit_acceleration(body: sp.Matrix, prismatic: bool) -> tuple[sp.Matrix, sp.Matrix]:
-    """Force and moment about the frame's origin that accelerate a body by one along, or about, z."""
-    second, first, mass = body[:3, :3], body[:3, 3], body[3, 3]
-    if prismatic:
-        return sp.Matrix([0, 0, mass]), sp.Matrix([first[1], -first[0], 0])
-    spin = second[0, 0] + second[1, 1]
-    return sp.Matrix([-first[1], first[0], 0]), sp.Matrix([-second[0, 2], -second[1, 2], spin])
+def gravity(robot: Robot, steps: Steps) -> tuple[sp.Expr, ...]:
+    """Effort of each joint that holds the rigid arm; the intermediates go to ``steps``."""
+    return holding_efforts(robot, *_at_rest(robot, steps), steps)
 
 
-def _symmetric(name: str, matrix: sp.Matrix, origin: str, steps: Steps) -> sp.Matrix:
-    named = sp.zeros(4, 4)
-    for r in range(4):
-        for c in range(r, 4):
-            named[r, c] = named[c, r] = steps.name(f"{name}_{_AXES[r]}{_AXES[c]}", matrix[r, c], origin)
-    return named
+def holding_efforts(
+    robot: Robot, joints: Sequence[Joint], bodies: Sequence[CompositeBody], steps: Steps
+) -> tuple[sp.Expr, ...]:
+    """The same, from the composite bodies."""
+    upwards, efforts = base_acceleration(robot), []
+    for i, (joint, body) in enumerate(zip(joints, bodies, strict=True), start=1):
+        upwards = joint.vector_outwards(f"g_{i}", upwards, f"{joint.label}: gravity", steps)
+        moment = body.first[0] * upwards[1] - body.first[1] * upwards[0]
+        efforts.append(body.mass * upwards[2] if joint.frame.prismatic else moment)
+    return tuple(efforts)
+
+
+def _at_rest(robot: Robot, steps: Steps) -> tuple[tuple[Joint, ...], tuple[CompositeBody, ...]]:
+    joints = joints_of(robot, steps)
+    inertias = group([joint.frame for joint in joints], [joint.name for joint in robot.joints], steps)
+    return joints, composite_bodies(joints, inertias, 0, steps)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import sympy as sp
 
@@ -15,7 +18,7 @@ from symdyn.derive.newton_euler import inverse_dynamics
 from symdyn.derive.ports import Attachment, attachments
 from symdyn.derive.quantities import expression
 from symdyn.derive.steps import Step, Steps
-from symdyn.physics.effect import Sensor
+from symdyn.physics.effect import unit_at
 from symdyn.spec.records import Robot
 
 
@@ -32,8 +35,17 @@ class HiddenStateEquation:
 
 
 @dataclass(frozen=True, slots=True)
+class Reading:
+    """What one sensor shows."""
+
+    name: str
+    unit: str
+    value: sp.Expr
+
+
+@dataclass(frozen=True, slots=True)
 class Input:
-    """A control input; ``force`` (n,) is what it exerts directly along each coordinate."""
+    """A control input; ``force`` (n,) is what it exerts directly along each coordinate, through its limits."""
 
     symbol: sp.Symbol
     name: str
@@ -59,7 +71,7 @@ class EquationsOfMotion:
     contributions: tuple[Contribution, ...]
     states: tuple[HiddenStateEquation, ...]
     inputs: tuple[Input, ...]
-    sensors: tuple[Sensor, ...]
+    sensors: tuple[Reading, ...]
     energy_steps: tuple[Step, ...]
     kinetic: sp.Expr
     potential: sp.Expr
@@ -110,9 +122,9 @@ def equations_of_motion(robot: Robot) -> EquationsOfMotion:
         mass_steps=mass_steps.freeze(),
         arm_mass=arm_mass,
         contributions=tuple(balance(item, axes) for item in items),
-        states=tuple(_state(item) for item in items if item.state is not None),
+        states=_told_apart([state for item in items for state in _states(item)]),
         inputs=_inputs(robot, axes, items),
-        sensors=tuple(_sensors(items)),
+        sensors=_told_apart(_sensors(items)),
         energy_steps=energy_steps.freeze(),
         kinetic=kinetic + stored_kinetic,
         potential=potential + stored_potential,
@@ -130,39 +142,65 @@ def _spread(mass: sp.Matrix, robot: Robot, axes: tuple[Coordinate, ...]) -> sp.M
     return spread
 
 
-def _state(item: Attachment) -> HiddenStateEquation:
-    declared = item.effect.hidden_state()
-    assert declared is not None
-    assert item.state is not None
-    control = item.control if item.control is not None else sp.Integer(0)
-    storage, rate = item.effect.storage_and_rate(item.port, item.values, item.state, control)
-    name = f"{item.address}.{declared.name}"
-    return HiddenStateEquation(item.state, name, declared.unit, declared.latex, storage, rate)
+def _states(item: Attachment) -> Iterator[HiddenStateEquation]:
+    declared = item.effect.hidden_states(item.values)
+    rates = item.effect.rates(item.port, item.values, item.states, item.control)
+    for symbol, state, rate in zip(item.states, declared, rates, strict=True):
+        unit = unit_at(state.unit, item.motion)
+        yield HiddenStateEquation(
+            symbol, f"{item.address}.{state.name}", unit, state.latex, sp.sympify(rate.storage), rate.change
+        )
+
+
+Named = TypeVar("Named", HiddenStateEquation, Reading)
+
+
+def _told_apart(found: Sequence[Named]) -> tuple[Named, ...]:
+    """The second of two alike at one place is called _2: names are what people and files refer to."""
+    seen: Counter[str] = Counter()
+    named = []
+    for item in found:
+        seen[item.name] += 1
+        count = seen[item.name]
+        named.append(item if count == 1 else replace(item, name=f"{item.name}_{count}"))
+    return tuple(named)
 
 
 def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment, ...]) -> tuple[Input, ...]:
-    """One input per joint: its motor's voltage, its actuator's input, or else the joint effort itself."""
-    driven = {item.control: item for item in items if item.control is not None}
+    """One per driven joint: its motor's voltage or the reference of its servo, its actuator's input, or its effort."""
+    driven = {item.joint: item for item in items if item.effect.input_unit() is not None}
+    loops: dict[str, Attachment] = {}
+    for item in items:
+        if item.effect.reference_unit() is not None:
+            loops.setdefault(item.joint, item)
     found = []
     for i, joint in enumerate(robot.joints, start=1):
+        if joint.passive:
+            continue
         symbol = symbols.control(i)
         own = next(c for c in axes if c.address == joint.name)
-        gain, unit, name = sp.Integer(1), own.effort_unit, f"{joint.name}.effort"
-        if symbol in driven:
-            gain, unit = sp.Integer(0), driven[symbol].effect.input_unit() or ""
-            name = f"{driven[symbol].address}.voltage"
+        effort, unit, name = sp.sympify(symbol), own.effort_unit, f"{joint.name}.effort"
+        if joint.name in driven:
+            effort, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
+            name = f"{driven[joint.name].address}.voltage"
+            if (outer := loops.get(joint.name)) is not None:
+                unit = unit_at(outer.effect.reference_unit() or "", outer.motion)
+                name = f"{outer.address}.reference"
         elif joint.actuator is not None:
-            gain, unit = expression(joint.actuator.gain), joint.actuator.input_unit
+            effort, unit = expression(joint.actuator.gain) * symbol, joint.actuator.input_unit
             name = f"{joint.name}.input"
-        force = tuple(gain * symbol if c is own else sp.Integer(0) for c in axes)
+        for stage in (item for item in items if item.address == joint.name):
+            effort = stage.effect.amplified(stage.values, stage.states, effort) or effort
+        force = tuple(effort if c is own else sp.Integer(0) for c in axes)
         found.append(Input(symbol, name, unit, force))
     return tuple(found)
 
 
-def _sensors(items: tuple[Attachment, ...]) -> list[Sensor]:
+def _sensors(items: tuple[Attachment, ...]) -> list[Reading]:
     found = []
     for item in items:
-        sensor = item.effect.sensor(item.port, item.values)
+        sensor = item.effect.sensor(item.port, item.values, item.states)
         if sensor is not None:
-            found.append(Sensor(f"{item.address}.{sensor.name}", sensor.unit, sensor.value))
+            unit = unit_at(sensor.unit, item.motion)
+            found.append(Reading(f"{item.address}.{sensor.name}", unit, sp.sympify(sensor.value)))
     return found

@@ -21,7 +21,7 @@ class Contribution:
     """What one effect adds to the equations.
 
     ``inertial`` (n,) is the force its own mass needs (left-hand side), ``applied`` (n,) the force it
-    exerts along each coordinate (right-hand side), ``actuation`` (n,) that of its hidden state.
+    exerts along each coordinate (right-hand side), ``actuation`` (n,) that of its hidden states and input.
     """
 
     attachment: Attachment
@@ -32,14 +32,11 @@ class Contribution:
 
 def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
     """Newton's way: the force along the port, spread over the coordinates by virtual work."""
-    effect, values = item.effect, item.values
-    here = {PORT.x: item.port.x, PORT.v: item.port.v}
-    along = sp.expand(force_along_port(item)).subs(here, simultaneous=True)
-    momentum = sp.diff(effect.kinetic_energy(PORT, values), PORT.v).subs(here, simultaneous=True)
+    effect, values, port = item.effect, item.values, item.port
+    along = port.located(sp.expand(force_along_port(item)))
+    momentum = port.located(sp.diff(effect.kinetic_energy(PORT, values), PORT.v))
     inertia_force = _time_derivative(momentum, axes)
-    driven = sp.Integer(0)
-    if item.state is not None:
-        driven = effect.state_force(PORT, values, item.state).subs(here, simultaneous=True)
+    driven = port.located(effect.state_force(PORT, values, item.states, item.control))
     lever = [sp.diff(item.port.v, c.qd) for c in axes]
     return Contribution(
         item,
@@ -52,11 +49,7 @@ def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
 def force_along_port(item: Attachment) -> sp.Expr:
     """The effect's law as a force along its port, in the port's own displacement and velocity."""
     effect, values = item.effect, item.values
-    return (
-        effect.force(PORT, values)
-        - sp.diff(effect.potential_energy(PORT, values), PORT.x)
-        - sp.diff(effect.dissipation(PORT, values), PORT.v)
-    )
+    return effect.force(PORT, values) + effect.conservative(values) + effect.damping(values)
 
 
 def lagrange(items: Sequence[Attachment], axes: Sequence[Coordinate]) -> tuple[sp.Expr, ...]:

@@ -7,6 +7,7 @@ joint is, standard and modified robots are the same: step and twist along x, the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import sympy as sp
 
@@ -47,8 +48,9 @@ class JointFrame:
         return self.twist[:, 2]
 
 
+@lru_cache(maxsize=1)  # every recursion over one robot starts with them
 def joint_frames(robot: Robot) -> tuple[JointFrame, ...]:
-    """One frame per joint, from the base outwards."""
+    """One frame per joint, from the base outwards; shared by all who ask, so their matrices are not written to."""
     link = Pose(sp.zeros(3, 1), sp.eye(3))  # of the link frame in the joint frame before
     found = []
     for joint, coordinate, own in zip(robot.joints, joint_coordinates(robot), bodies(robot), strict=True):

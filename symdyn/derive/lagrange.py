@@ -10,7 +10,8 @@ import sympy as sp
 from symdyn.derive.bodies import bodies
 from symdyn.derive.coordinates import Coordinate, joint_coordinates
 from symdyn.derive.kinematics import base_transforms
-from symdyn.derive.quantities import expression
+from symdyn.derive.quantities import effect_values, expression
+from symdyn.physics import effect
 from symdyn.spec.records import Robot
 
 
@@ -56,7 +57,10 @@ def readable(expression: sp.Expr) -> sp.Expr:
 
 def textbook_coefficients(robot: Robot) -> LagrangeCoefficients:
     """B, C, D simplified. Robots with the same rigid arm share them: a diagnosis prints many of one arm."""
-    return _simplified(replace(robot, effects=(), parameters=(), channels=None, text="", where=None))
+    massive = tuple(
+        e for e in robot.effects if effect(e.type).body(effect_values(effect(e.type), e.values)) is not None
+    )
+    return _simplified(replace(robot, effects=massive, parameters=(), channels=None, text="", where=None))
 
 
 @lru_cache(maxsize=4)

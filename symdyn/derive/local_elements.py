@@ -28,13 +28,12 @@ def local_elements(equations: EquationsOfMotion) -> tuple[LocalElement, ...]:
     found = []
     for item in equations.attachments:
         effect, values = item.effect, item.values
-        here = {PORT.x: item.port.x, PORT.v: item.port.v}
         along = force_along_port(item)
         inertia = sp.diff(effect.kinetic_energy(PORT, values), PORT.v, 2)
         stiffness, damping = -sp.diff(along, PORT.x), -sp.diff(along, PORT.v)
         if inertia == stiffness == damping == 0:
             continue
         lever = tuple(sp.diff(item.port.v, axis.qd) for axis in equations.axes)
-        own = (e.subs(here, simultaneous=True) for e in (inertia, stiffness, damping))
+        own = (item.port.located(e) for e in (inertia, stiffness, damping))
         found.append(LocalElement(item.address, effect.title, lever, *own))
     return tuple(found)

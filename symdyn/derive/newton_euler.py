@@ -21,6 +21,7 @@ from symdyn.derive.grouping import group
 from symdyn.derive.joint_frames import JointFrame, joint_frames
 from symdyn.derive.kinematics import fixed
 from symdyn.derive.quantities import expression
+from symdyn.derive.screws import Joint, Wrench
 from symdyn.derive.steps import Steps
 from symdyn.spec.records import Robot
 
@@ -32,23 +33,23 @@ def inverse_dynamics(robot: Robot, steps: Steps, grouped: bool = True) -> tuple[
     """
     chain, names = joint_frames(robot), [joint.name for joint in robot.joints]
     inertias = group(chain, names, steps) if grouped else tuple(frame.pseudo_inertia for frame in chain)
-    return efforts(robot, chain, inertias, steps)
+    return efforts(robot, inertias, steps)
 
 
-def efforts(
-    robot: Robot, chain: Sequence[JointFrame], inertias: Sequence[sp.Matrix], steps: Steps
-) -> tuple[sp.Expr, ...]:
+def efforts(robot: Robot, inertias: Sequence[sp.Matrix], steps: Steps) -> tuple[sp.Expr, ...]:
     """The same with any pseudo-inertias (4, 4) of the links in place of their own."""
-    names = [joint.name for joint in robot.joints]
-    _, base = fixed(robot.base)
-    gravity = base.T * sp.Matrix([expression(entry) for entry in robot.gravity])
-    motion = _Motion(sp.zeros(3, 1), sp.zeros(3, 1), sp.Integer(0), sp.zeros(3, 3), -gravity)
-    turned, wrenches = turns(chain, names, steps), []
-    for i, (frame, inertia, name) in enumerate(zip(chain, inertias, names, strict=True), start=1):
-        origin = f"link {i} ({name})"
-        motion = _outward(frame, turned[i - 1], motion, steps, i, origin)
-        wrenches.append(_wrench(inertia, motion, steps, i, origin))
-    return _inward(chain, turned, wrenches, names, steps)
+    joints = joints_of(robot, steps)
+    wrenches = recursion(robot, joints, inertias, steps).wrenches
+    return tuple(w.force[2] if j.frame.prismatic else w.moment[2] for j, w in zip(joints, wrenches, strict=True))
+
+
+def joints_of(robot: Robot, steps: Steps) -> tuple[Joint, ...]:
+    """The joints with their rotations, whose sines and cosines are named."""
+    chain, names = joint_frames(robot), [joint.name for joint in robot.joints]
+    return tuple(
+        Joint(frame, turn, f"link {i} ({name})")
+        for i, (frame, turn, name) in enumerate(zip(chain, turns(chain, names, steps), names, strict=True), start=1)
+    )
 
 
 def turns(chain: Sequence[JointFrame], names: Sequence[str], steps: Steps) -> tuple[sp.Matrix, ...]:
@@ -61,8 +62,14 @@ def turns(chain: Sequence[JointFrame], names: Sequence[str], steps: Steps) -> tu
     return tuple(found)
 
 
+def base_acceleration(robot: Robot) -> sp.Matrix:
+    """(3,) that stands for gravity: of the base upwards, in its axes."""
+    _, base = fixed(robot.base)
+    return -base.T * sp.Matrix([expression(entry) for entry in robot.gravity])
+
+
 @dataclass(frozen=True, slots=True)
-class _Motion:
+class Motion:
     """Of a frame, in that frame: angular velocity, angular acceleration, U, acceleration of the origin."""
 
     omega: sp.Matrix
@@ -72,12 +79,31 @@ class _Motion:
     accel: sp.Matrix
 
 
-def _outward(frame: JointFrame, turn: sp.Matrix, before: _Motion, steps: Steps, i: int, origin: str) -> _Motion:
+@dataclass(frozen=True, slots=True)
+class Recursion:
+    """Of every link, in its frame: how it moves, and the ``wrench`` through its joint."""
+
+    motions: tuple[Motion, ...]
+    wrenches: tuple[Wrench, ...]
+
+
+def recursion(robot: Robot, joints: Sequence[Joint], inertias: Sequence[sp.Matrix], steps: Steps) -> Recursion:
+    """Outwards and back, with pseudo-inertias (4, 4) of the links."""
+    motion = Motion(sp.zeros(3, 1), sp.zeros(3, 1), sp.Integer(0), sp.zeros(3, 3), base_acceleration(robot))
+    motions, own = [], []
+    for i, (joint, inertia) in enumerate(zip(joints, inertias, strict=True), start=1):
+        motion = _outward(joint, motion, steps, i)
+        motions.append(motion)
+        own.append(_wrench(inertia, motion, steps, i, joint.label))
+    return Recursion(tuple(motions), _inward(joints, own, steps))
+
+
+def _outward(joint: Joint, before: Motion, steps: Steps, i: int) -> Motion:
+    frame, origin = joint.frame, joint.label
     c, z = frame.coordinate, sp.Matrix([0, 0, 1])
 
     def carried(name: str, vector: sp.Matrix, law: str) -> sp.Matrix:
-        twisted = steps.vector(f"{name}_{i}t", frame.twist.T * vector, f"{origin}: {law}")
-        return steps.vector(f"{name}_{i}r", turn.T * twisted, f"{origin}: {law}")
+        return joint.vector_outwards(f"{name}_{i}", vector, f"{origin}: {law}", steps)
 
     omega = carried("omega", before.omega, f"angular velocity of link {i - 1}")
     # Along its own axis the joint changes nothing: the last column of U is that of the link before, turned.
@@ -91,7 +117,7 @@ def _outward(frame: JointFrame, turn: sp.Matrix, before: _Motion, steps: Steps, 
     else:
         omega = steps.vector(f"omega_{i}", omega + z * c.qd, f"{origin}: angular velocity")
         spin = spin + c.qdd
-    return _Motion(omega, *_field(omega, column, spin, steps, i, origin), accel)
+    return Motion(omega, *_field(omega, column, spin, steps, i, origin), accel)
 
 
 def _field(
@@ -121,8 +147,8 @@ def _field(
     return alpha, w_xy, sp.Matrix(3, 3, lambda r, k: steps.name(f"U_{i}_{'xyz'[r]}{'xyz'[k]}", field[r, k], law))
 
 
-def _wrench(inertia: sp.Matrix, motion: _Motion, steps: Steps, i: int, origin: str) -> tuple[sp.Matrix, sp.Matrix]:
-    """Force and moment about the frame's origin that the motion of one body needs."""
+def _wrench(inertia: sp.Matrix, motion: Motion, steps: Steps, i: int, origin: str) -> Wrench:
+    """About the frame's origin, what the motion of one body needs."""
     second, first, mass = inertia[:3, :3], inertia[:3, 3], inertia[3, 3]
     u = motion.field
     force = mass * motion.accel + u * first
@@ -135,29 +161,23 @@ def _wrench(inertia: sp.Matrix, motion: _Motion, steps: Steps, i: int, origin: s
     y += (u[0, 0] - u[2, 2]) * second[0, 2]
     z += (u[1, 1] - u[0, 0]) * second[0, 1]
     moment = sp.Matrix([x, y, z]) + first.cross(motion.accel)
-    return (
+    return Wrench(
         steps.vector(f"F_{i}", force, f"{origin}: Newton, inertial force"),
         steps.vector(f"N_{i}", moment, f"{origin}: Euler, inertial moment"),
     )
 
 
-def _inward(
-    chain: Sequence[JointFrame],
-    turned: Sequence[sp.Matrix],
-    wrenches: Sequence[tuple[sp.Matrix, sp.Matrix]],
-    names: Sequence[str],
-    steps: Steps,
-) -> tuple[sp.Expr, ...]:
-    found: list[sp.Expr] = []
+def _inward(joints: Sequence[Joint], own: Sequence[Wrench], steps: Steps) -> tuple[Wrench, ...]:
+    found = []
     force = moment = sp.zeros(3, 1)  # of link i+1 on link i, in frame i
-    for i in range(len(chain), 0, -1):
-        frame, law = chain[i - 1], f"link {i} ({names[i - 1]})"
-        force = steps.vector(f"f_{i}", wrenches[i - 1][0] + force, f"{law}: force from link {i - 1}")
-        moment = steps.vector(f"n_{i}", wrenches[i - 1][1] + moment, f"{law}: moment from link {i - 1}")
-        found.append(force[2] if frame.prismatic else moment[2])
-        force = steps.vector(f"f_{i}t", turned[i - 1] * force, f"{law}: force, before its turn")
+    for i in range(len(joints), 0, -1):
+        frame, turn, law = joints[i - 1].frame, joints[i - 1].turn, joints[i - 1].label
+        force = steps.vector(f"f_{i}", own[i - 1].force + force, f"{law}: force from link {i - 1}")
+        moment = steps.vector(f"n_{i}", own[i - 1].moment + moment, f"{law}: moment from link {i - 1}")
+        found.append(Wrench(force, moment))
+        force = steps.vector(f"f_{i}t", turn * force, f"{law}: force, before its turn")
         force = steps.vector(f"f_{i}b", frame.twist * force, f"{law}: force, in frame {i - 1}")
-        moment = steps.vector(f"n_{i}t", turned[i - 1] * moment, f"{law}: moment, before its turn")
+        moment = steps.vector(f"n_{i}t", turn * moment, f"{law}: moment, before its turn")
         moment = frame.twist * moment + frame.position.cross(force)
         moment = steps.vector(f"n_{i}b", moment, f"{law}: moment, in frame {i - 1}")
     return tuple(reversed(found))

@@ -2,29 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from symdyn.base import symbols
+from symdyn.base.errors import InputError, Problem
+from symdyn.base.nonsmooth import is_smooth, pushing
 from symdyn.derive.coordinates import Coordinate, coordinates
-from symdyn.derive.quantities import expression
+from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
-from symdyn.physics.effect import Effect, Port, Values
-from symdyn.spec.records import JOINT_END, Drive, Monomial, Robot
+from symdyn.physics.effect import PORT, Effect, Port, Values
+from symdyn.spec.records import JOINT_END, Drive, JointKind, Monomial, Motion, Robot
+
+_NO_CURRENT = Port(sp.Integer(0), sp.Integer(0))  # of a circuit, before its motor is known
 
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """One effect at one place. ``port`` is in generalised coordinates and velocities."""
+    """One effect at one place. ``port`` is in generalised coordinates and velocities.
+
+    ``states`` are its hidden states; ``control`` is what reaches it of the input of its joint.
+    """
 
     effect: Effect
     address: str
     port: Port
     values: Values
-    control: sp.Symbol | None = None
-    state: sp.Symbol | None = None
+    motion: Motion
+    control: sp.Expr
+    states: tuple[sp.Symbol, ...] = ()
+
+    @property
+    def joint(self) -> str:
+        return self.address.partition(".")[0]
 
     @property
     def origin(self) -> str:
@@ -32,7 +44,7 @@ class Attachment:
 
 
 def ports(robot: Robot) -> Mapping[str, Port]:
-    """The port of every place: joints, rotors, shafts (twist = end minus start)."""
+    """The port of every mechanical place: joints, rotors, shafts (twist = end minus start)."""
     free = {c.address: c for c in coordinates(robot)}
     found: dict[str, Port] = {}
     for joint in robot.joints:
@@ -48,29 +60,36 @@ def ports(robot: Robot) -> Mapping[str, Port]:
             ends[rotor.name] = found[address] = output if rotor.fixed_to_joint else _port(free[address])
         for shaft in joint.drive.shafts:
             start, end = ends[shaft.start], ends[shaft.end]
-            found[f"{joint.name}.{shaft.name}"] = Port(end.x - start.x, end.v - start.v)
+            found[f"{joint.name}.{shaft.name}"] = Port(end.x - start.x, end.v - start.v, start=start)
     return found
 
 
 def attachments(robot: Robot) -> tuple[Attachment, ...]:
     """Every effect of the robot, those that its drive records stand for first; inputs and states numbered.
 
-    Raises KeyError only for an effect that the catalogue lacks, which a reader has refused before.
+    Raises InputError (SD109) for a limit of the effort of a joint that is not driven by it, and KeyError
+    only for an effect that the catalogue lacks, which a reader has refused before.
     """
     at = ports(robot)
-    found, states = [], 0
-    controls = {joint.name: symbols.control(i) for i, joint in enumerate(robot.joints, start=1)}
-    for identifier, address, values in _declared(robot):
+    sliding = {joint.name for joint in robot.joints if joint.kind is JointKind.PRISMATIC}
+    declared = tuple(_declared(robot))
+    motors = {address.partition(".")[0] for name, address, _ in declared if find_effect(name).input_unit() is not None}
+    controls = {}
+    for i, joint in enumerate(robot.joints, start=1):
+        gain = sp.Integer(1) if joint.actuator is None or joint.name in motors else expression(joint.actuator.gain)
+        controls[joint.name] = gain * symbols.control(i)
+    found, count = [], 0
+    for identifier, address, given in declared:
         item = find_effect(identifier)
-        state = None
-        if item.hidden_state() is not None:
-            states += 1
-            state = symbols.hidden(states)
-        control = controls[address.partition(".")[0]] if item.input_unit() is not None else None
-        named = {p.name: symbols.number(p.default) for p in item.parameters if p.default is not None}
-        named |= {name: expression(value) for name, value in values}
-        found.append(Attachment(item, address, at[address], named, control, state))
-    return _through_transmissions(found)
+        values = effect_values(item, given)
+        states = tuple(symbols.hidden(count + k) for k, _ in enumerate(item.hidden_states(values), start=1))
+        count += len(states)
+        motion = Motion.TRANSLATIONAL if address in sliding else Motion.ROTATIONAL
+        control = controls[address.partition(".")[0]]
+        found.append(Attachment(item, address, at.get(address, _NO_CURRENT), values, motion, control, states))
+    found = _through_amplifiers(_through_transmissions(found))
+    _check_stages(found, robot, motors)
+    return _loaded(_in_circuits(found, robot))
 
 
 def _port(coordinate: Coordinate) -> Port:
@@ -106,16 +125,94 @@ def _drive_effects(joint: str, drive: Drive) -> Iterator[tuple[str, str, tuple[t
         )
 
 
-def _through_transmissions(found: list[Attachment]) -> tuple[Attachment, ...]:
-    """Springs and dampers at a place with a transmission (backlash) feel what it lets through."""
+def _through_transmissions(found: list[Attachment]) -> list[Attachment]:
+    """Springs and dampers at a place with a transmission (backlash) feel what it lets through.
+
+    What is smooth comes first, as in a gear: the teeth stand wrongly, and then have play.
+    """
     changed: dict[str, Port] = {}
-    for item in found:
+    play: dict[str, sp.Expr] = {}
+    for item in sorted(found, key=_has_play):
         before = changed.get(item.address, item.port)
         after = item.effect.transmission(before, item.values)
         if after is not None:
             changed[item.address] = after
-    return tuple(
-        Attachment(i.effect, i.address, changed.get(i.address, i.port), i.values, i.control, i.state)
+        clearance = item.effect.play(item.values)
+        if clearance is not None:
+            play[item.address] = play.get(item.address, sp.Integer(0)) + clearance
+    moved = [
+        replace(i, port=changed.get(i.address, i.port))
         for i in found
         if i.effect.transmission(i.port, i.values) is None
+    ]
+    return [
+        replace(i, port=_pushed(i.port, moved, i.address, play[i.address])) if i.address in play else i for i in moved
+    ]
+
+
+def _pushed(port: Port, found: Sequence[Attachment], address: str, play: sp.Expr) -> Port:
+    """The port of a contact that opens as soon as its springs and dampers together would pull."""
+    force = sum(
+        (
+            port.located(i.effect.conservative(i.values) + i.effect.damping(i.values))
+            for i in found
+            if i.address == address
+        ),
+        sp.Integer(0),
     )
+    engaged = pushing(force, port.x, play)
+    return replace(port, x=port.x * engaged, v=port.v * engaged)
+
+
+def _has_play(item: Attachment) -> bool:
+    through = item.effect.transmission(PORT, item.values)
+    return through is not None and not is_smooth(through.x)
+
+
+def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
+    """Loops and stages between input and motor work on what the one before hands on, in the order of declaration."""
+    handed_on: dict[str, sp.Expr] = {}
+    stages: dict[int, Attachment] = {}
+    for k, item in enumerate(found):
+        before = handed_on.get(item.joint, item.control)
+        after = item.effect.amplified(item.values, item.states, before)
+        if after is None:
+            after = item.effect.controls(item.port, item.values, item.states, before)
+        if after is not None:
+            stages[k] = replace(item, control=before)
+            handed_on[item.joint] = after
+    return [stages.get(k) or replace(i, control=handed_on.get(i.joint, i.control)) for k, i in enumerate(found)]
+
+
+def _check_stages(found: list[Attachment], robot: Robot, motors: set[str]) -> None:
+    """What works on the effort of a joint needs one that comes from an input, not from a motor."""
+    undriven = motors | {joint.name for joint in robot.joints if joint.passive}
+    for i in found:
+        works = i.effect.amplified(i.values, i.states, i.control) is not None
+        if works and i.address in undriven:
+            where = next((e.where for e in robot.effects if (e.type, e.at) == (i.effect.identifier, i.address)), None)
+            message = f"{i.effect.identifier} at '{i.address}': no input is the effort of this joint"
+            hint = "where there is a motor, its circuit is the place for the stages of its amplifier"
+            raise InputError(Problem("SD109", message, where, hint))
+
+
+def _in_circuits(found: list[Attachment], robot: Robot) -> list[Attachment]:
+    """What sits in a motor's circuit feels the motor's current."""
+    currents: dict[str, Port] = {}
+    for joint in robot.joints:
+        if joint.drive is None or joint.drive.motor is None:
+            continue
+        motor = joint.drive.motor
+        for i in found:
+            current = i.effect.current(i.port, i.values, i.states, i.control)
+            if current is not None and i.address == f"{joint.name}.{motor.at}":
+                currents[f"{joint.name}.{motor.name}"] = Port(sp.Integer(0), current)
+    return [replace(i, port=currents.get(i.address, i.port)) for i in found]
+
+
+def _loaded(found: list[Attachment]) -> tuple[Attachment, ...]:
+    """Each port with the force of the springs at its place; effects that sit at an end of a shaft go there."""
+    load: dict[str, sp.Expr] = {}
+    for i in found:
+        load[i.address] = load.get(i.address, sp.Integer(0)) + i.port.located(i.effect.conservative(i.values))
+    return tuple(replace(i, port=replace(i.effect.seat(i.port), load=load[i.address])) for i in found)

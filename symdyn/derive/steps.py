@@ -28,7 +28,7 @@ class Steps:
 
         A name that is taken (one effect twice at one place) is numbered: ``name_2``, ``name_3``, ...
         """
-        if expression.is_Atom or (-expression).is_Atom:
+        if expression.is_Atom or _is_negative_atom(expression):
             return expression
         free, count = name, 1
         while free in self._taken:
@@ -50,3 +50,8 @@ class Steps:
 
     def freeze(self) -> tuple[Step, ...]:
         return tuple(self._steps)
+
+
+def _is_negative_atom(expression: sp.Expr) -> bool:
+    args = expression.args
+    return expression.is_Mul and len(args) == 2 and args[0] is sp.S.NegativeOne and args[1].is_Atom

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from symdyn.base.wording import word_set
 from symdyn.emit import printer
-from symdyn.emit.printer import Syntax, argument_names, used_symbols
+from symdyn.emit.c_helpers import INLINE
+from symdyn.emit.c_helpers import NAMES as HELPERS
+from symdyn.emit.printer import PARAMETERS, Syntax, argument_names, used_symbols
 from symdyn.program.ssa import Op, Program
 
 _CALLS: Mapping[Op, str] = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
+    Op.SIN: "sine_of",
+    Op.COS: "cosine_of",
     Op.TAN: "tan",
     Op.TANH: "tanh",
     Op.EXP: "exp",
@@ -20,16 +22,11 @@ _CALLS: Mapping[Op, str] = {
     Op.SQRT: "sqrt",
     Op.ATAN2: "atan2",
     Op.ABS: "fabs",
+    Op.FLOOR: "floor",
     Op.SIGN: "sign_of",
     Op.STEP: "step_of",
     Op.MIN: "lesser",
     Op.MAX: "greater",
-}
-_HELPERS: Mapping[Op, str] = {  # not fmin and fmax: they are calls, and treat NaN otherwise
-    Op.SIGN: "static double sign_of(double x) { return x > 0.0 ? 1.0 : (x < 0.0 ? -1.0 : 0.0); }",
-    Op.STEP: "static double step_of(double x) { return x > 0.0 ? 1.0 : 0.0; }",
-    Op.MIN: "static double lesser(double a, double b) { return b < a ? b : a; }",
-    Op.MAX: "static double greater(double a, double b) { return b > a ? b : a; }",
 }
 _KEYWORDS = word_set(  # of C99 to C23, and of C++, whose compilers read the names in the header
     """auto break case char const continue default do double else enum extern float for goto if inline int long
@@ -41,25 +38,30 @@ _KEYWORDS = word_set(  # of C99 to C23, and of C++, whose compilers read the nam
     mutable namespace new noexcept not not_eq operator or or_eq private protected public reinterpret_cast requires
     static_cast template this throw try typeid typename using virtual wchar_t xor xor_eq"""
 )
-_MACROS = word_set(  # of <math.h>, of compilers that do not keep to the standard, and of platforms
+_MACROS = word_set(  # of <math.h> and <stddef.h>, of compilers that do not keep to the standard, and of platforms
     """FP_ILOGB0 FP_ILOGBNAN FP_INFINITE FP_NAN FP_NORMAL FP_SUBNORMAL FP_ZERO FP_FAST_FMA FP_FAST_FMAF FP_FAST_FMAL
     HUGE HUGE_VAL HUGE_VALF HUGE_VALL INFINITY MATH_ERREXCEPT MATH_ERRNO MAXFLOAT NAN NULL DOMAIN SING OVERFLOW
     UNDERFLOW PLOSS TLOSS X_TLOSS M_1_PI M_2_PI M_2_SQRTPI M_E M_LN10 M_LN2 M_LOG10E M_LOG2E M_PI M_PI_2 M_PI_4
     M_SQRT1_2 M_SQRT2 fpclassify isfinite isgreater isgreaterequal isinf isless islessequal islessgreater isnan
     isnormal isunordered signbit math_errhandling signgam linux unix i386 near far huge interface small min max
-    BOOL CONST FALSE IN OPTIONAL OUT TRUE VOID"""
+    BOOL CONST FALSE IN OPTIONAL OUT TRUE VOID offsetof"""
 )
+_OWN = word_set("out k S count start states size_t")  # of the functions around a body
 C99 = Syntax(
     calls=_CALLS,
-    reserved=_KEYWORDS | _MACROS | frozenset(_CALLS.values()) | {"out"},
+    reserved=_KEYWORDS | _MACROS | HELPERS | {*_CALLS.values(), INLINE, "sin", "cos", *_OWN},
     define="const double {} = {};".format,
     store="{} = {};".format,
     comment=lambda text: f"/* {inside_comment(text)} */",
+    entry=lambda vector, i: f"{vector}[{i}]" if vector == PARAMETERS else f"{vector}[{i} * S + k]",
 )
 
 
 def body_lines(program: Program, indent: str = "    ") -> list[str]:
-    """Lines that load the inputs that are used, compute, and write ``out`` row by row; none warns of what is unused."""
+    """Lines that load the inputs that are used, compute, and store the outputs; none warns of what is unused.
+
+    Entry i of a vector is at ``i * S + k``: that of state k among S.
+    """
     used = used_symbols(program)
     idle = [
         vector
@@ -67,15 +69,9 @@ def body_lines(program: Program, indent: str = "    ") -> list[str]:
         if used.isdisjoint(argument.symbols)
     ]
     if not program.outputs:
-        idle.append("out")
+        idle += ["out", "k", "S"]
     silenced = [f"{indent}(void){vector};" for vector in idle]
-    return silenced + printer.body_lines(program, C99, lambda k: f"out[{k}]", indent)
-
-
-def helpers(programs: Iterable[Program]) -> list[str]:
-    """Definitions of the functions that the programs call and <math.h> does not have."""
-    called = {node.op for program in programs for node in program.nodes}
-    return [text for op, text in _HELPERS.items() if op in called]
+    return silenced + printer.body_lines(program, C99, "out[{} * S + k]".format, indent)
 
 
 def identifier(name: str) -> str:

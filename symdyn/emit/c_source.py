@@ -9,14 +9,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from symdyn import __version__
 from symdyn.base.wording import word_set
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.emit.c_printer import C99, body_lines, helpers, identifier, inside_comment, string
+from symdyn.emit.c_functions import STACK, TEMPLATE, declarations, definitions
+from symdyn.emit.c_helpers import helpers
+from symdyn.emit.c_printer import C99, identifier, inside_comment, string
 from symdyn.emit.forms import Form
 from symdyn.emit.printer import argument_names
 from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
-from symdyn.program.ssa import Program
 
-TEMPLATES = ("c/header.h.j2", "c/source.c.j2", "c/function.c.j2")
+TEMPLATES = ("c/header.h.j2", "c/source.c.j2", TEMPLATE)
 COUNTED = ("COORDINATES", "STATES", "INPUTS", "OUTPUTS", "PARAMETERS")
 WIDTH = 100
 
@@ -37,6 +38,7 @@ def c_files(equations: EquationsOfMotion, forms: Sequence[Form]) -> Mapping[str,
             "title": title,
             "version": __version__,
             "prefix": prefix,
+            "stack": str(STACK // 1024),
             "note": _wrapped(_note(free_parameters(equations))),
             "guard": f"SYMDYN_{stem.upper()}_H",
             "tables": "\n".join(_declared_tables(equations, prefix)),
@@ -50,7 +52,7 @@ def c_files(equations: EquationsOfMotion, forms: Sequence[Form]) -> Mapping[str,
             "version": __version__,
             "header": f"{stem}.h",
             "tables": "\n".join(_tables(equations, prefix)),
-            "functions": "\n\n".join([*helpers(f.program for f in forms), *(_definition(f, prefix) for f in forms)]),
+            "functions": "\n\n".join([*helpers(f.program for f in forms), *(definitions(f, prefix) for f in forms)]),
         },
     )
     return {f"{stem}.h": header, f"{stem}.c": source}
@@ -85,22 +87,7 @@ def _declaration(form: Form, prefix: str) -> str:
     sizes = ", ".join(f"{name}[{len(argument.symbols)}]" for name, argument in names)
     rows = f", {' x '.join(map(str, program.shape))} row by row" if len(program.shape) > 1 else ""
     doc = f"/** {_wrapped(form.doc)}\n * {sizes} -> out[{len(program.outputs)}]{rows} */"
-    return f"{doc}\nvoid {prefix}_{form.name}({_arguments(program)});"
-
-
-def _definition(form: Form, prefix: str) -> str:
-    data = {
-        "name": f"{prefix}_{form.name}",
-        "arguments": _arguments(form.program, "restrict "),
-        "body": "\n".join(body_lines(form.program)),
-    }
-    return render("c/function.c.j2", data).rstrip("\n")
-
-
-def _arguments(program: Program, restrict: str = "") -> str:
-    """Prototypes leave ``restrict`` out, which C++ does not have; in C, both are the same type."""
-    vectors = [f"const double *{restrict}{name}" for name in argument_names(program, C99)]
-    return ", ".join([*vectors, f"double *{restrict}out"])
+    return f"{doc}\n{declarations(form, prefix)}"
 
 
 def _note(free: Sequence[str]) -> str:

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.derive.equations import EquationsOfMotion
+from symdyn.program.alike import Optimizer
 from symdyn.program.functions import Function, fold_parameters
-from symdyn.program.optimize import CostRow, optimize
+from symdyn.program.optimize import CostRow
 from symdyn.program.ssa import Program
 
 
@@ -33,12 +34,13 @@ def forms(equations: EquationsOfMotion, functions: Sequence[Function]) -> tuple[
 def _forms(equations: EquationsOfMotion, functions: Sequence[Function]) -> Iterator[Form]:
     values = [p.value for p in equations.robot.parameters]
     numbers = [value for value in values if value is not None and math.isfinite(value)]
+    optimizer = Optimizer()
     for function in functions:
         if len(numbers) == len(values):
-            yield _form(fold_parameters(function, numbers), function.name, function.doc)
-        yield _form(function, f"{function.name}_p", f"{function.doc} Parameters from the vector p.")
+            yield _form(optimizer, fold_parameters(function, numbers), function.name, function.doc)
+        yield _form(optimizer, function, f"{function.name}_p", f"{function.doc} Parameters from the vector p.")
 
 
-def _form(function: Function, name: str, doc: str) -> Form:
-    optimized = optimize(function.program)
+def _form(optimizer: Optimizer, function: Function, name: str, doc: str) -> Form:
+    optimized = optimizer.optimize(function.program)
     return Form(name, doc, optimized.program, optimized.costs)

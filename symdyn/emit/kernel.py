@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import py_compile
 import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from py_compile import PycInvalidationMode
 from types import ModuleType
 from typing import Any
 
@@ -116,6 +118,9 @@ def load_source(text: str) -> Kernel:
     if not path.exists():
         folder.mkdir(mode=0o700, exist_ok=True)
         write_atomically(path, text)
+    if not Path(importlib.util.cache_from_source(str(path))).exists():
+        # Parsing is most of an import; a Python that is told to write no bytecode would do it every time.
+        py_compile.compile(str(path), doraise=True, invalidation_mode=PycInvalidationMode.CHECKED_HASH)
     return load(path)
 
 

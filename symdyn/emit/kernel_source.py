@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise
+from types import MappingProxyType
 
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit.forms import Form
-from symdyn.emit.numba_printer import PARAMETERS, body_lines
+from symdyn.emit.numba_printer import body_lines
+from symdyn.emit.printer import PARAMETERS
 from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
 from symdyn.program.ssa import Argument, Program
 
 BLOCK = 32  # states that are computed together: their vectors stay in the first cache
+SIDE = 8  # of the squares that rows are transposed by: as many doubles as the widest vector holds
 TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2")
 
 
-def kernel_source(equations: EquationsOfMotion, forms: Sequence[Form]) -> str:
-    """The text of kernel.py: the forms of all functions as one module."""
+def kernel_source(
+    equations: EquationsOfMotion, forms: Sequence[Form], further: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """The text of kernel.py: the forms of all functions as one module; ``further`` constants by name."""
     pieces = [_function(form.program, form.name, form.doc) for form in forms]
     return render(
         "numba/kernel.py.j2",
@@ -27,18 +32,19 @@ def kernel_source(equations: EquationsOfMotion, forms: Sequence[Form]) -> str:
             "title": about(equations),
             "version": __version__,
             "tables_doc": _tables_doc(free_parameters(equations)),
-            "tables": _tables(equations),
+            "tables": _tables(equations, further),
+            "block": str(BLOCK),
             "functions": "\n\n".join(pieces).rstrip("\n"),
         },
     )
 
 
-def _tables(equations: EquationsOfMotion) -> str:
+def _tables(equations: EquationsOfMotion, further: Mapping[str, str]) -> str:
     """The constants of a kernel that say what each entry of each vector is, and its unit."""
     rows = {"ROBOT": repr(equations.robot.name)}
     rows |= {name: repr(entries) for name, entries in name_tables(equations).items()}
     rows["PARAMETER_VALUES"] = f"np.array([{', '.join(_number(v) for v in parameter_values(equations))}])"
-    return "\n".join(f"{name} = {value}" for name, value in rows.items())
+    return "\n".join(f"{name} = {value}" for name, value in (rows | dict(further)).items())
 
 
 def _function(program: Program, name: str, doc: str) -> str:
@@ -47,6 +53,7 @@ def _function(program: Program, name: str, doc: str) -> str:
     size, shape = math.prod(program.shape), program.shape
     flat = len(shape) == 1
     offsets = list(accumulate((len(a.symbols) for a in arguments), initial=0))
+    vectors = [(a.name, len(a.symbols)) for a in states]
     return render(
         "numba/function.py.j2",
         {
@@ -56,38 +63,57 @@ def _function(program: Program, name: str, doc: str) -> str:
             "arguments": ", ".join(a.name for a in arguments),
             "first": states[0].name,
             "size": str(size),
-            "block": str(BLOCK),
             "checks": "\n".join(_check(a) for a in arguments),
             "row_checks": "\n".join(_batch_check(a, states[0], 0) for a in arguments),
             "column_checks": "\n".join(_batch_check(a, states[0], 1) for a in arguments),
-            "scratch": "\n".join(f"    {a.name}_ = np.zeros({BLOCK * len(a.symbols)})" for a in states),
-            "block_size": str(BLOCK * size),
+            "tile": "\n".join(_tile([*vectors, ("out", size)])),
             "shape_rows": ", ".join(map(str, shape)),
-            "rows_flat": "" if flat else f".reshape((count, {size}))",
             "packed_size": str(offsets[-1] + size),
             "packed_inputs": str(offsets[-1]),
             "packed_names": ", ".join(a.name for a in arguments),
             "packed_arguments": ", ".join(f"both[{i}:{j}]" for i, j in pairwise(offsets)),
             "flat": "" if flat else ".ravel()",
             "out_check": f"out.size != {size}",
-            "scratch_arguments": ", ".join(a.name if a not in states else f"{a.name}_" for a in arguments),
-            "gather_rows": "\n".join(
-                f"            for i in range({len(a.symbols)}):\n"
-                f"                {a.name}_[{BLOCK} * i + j] = {a.name}[start + j, i]"
-                for a in states
-            ),
-            "gather_columns": "\n".join(
-                f"        for i in range({len(a.symbols)}):\n"
-                f"            line = {a.name}[i, start:start + here]\n"
-                f"            for j in range(here):\n"
-                f"                {a.name}_[{BLOCK} * i + j] = line[j]"
-                for a in states
-            ),
+            "scratch_arguments": _each(arguments, states, "{}_"),
+            "flat_arguments": _each(arguments, states, "np.asarray({}, np.float64).ravel()"),
+            "flattened": "\n".join(f"    {a.name} = np.asarray({a.name}, np.float64).ravel()" for a in states),
+            "gather_rows": "\n".join(_squares("_gather", *vector) for vector in vectors),
+            "scatter_rows": _squares("_scatter", "out", size),
+            "gather_columns": "\n".join(line for vector in vectors for line in _gather_columns(*vector)),
             "reshape": "" if flat else f".reshape({shape})",
-            "reshape_rows": "" if flat else f".reshape((count, {', '.join(map(str, shape))}))",
+            "reshape_rows": f".reshape((count, {', '.join(map(str, shape))}))",
             "reshape_columns": "" if flat else f".reshape(({', '.join(map(str, shape))}, count))",
         },
     )
+
+
+def _each(arguments: Sequence[Argument], states: Sequence[Argument], text: str) -> str:
+    """The arguments of a call, with ``text`` around the names of those that differ from state to state."""
+    return ", ".join(text.format(a.name) if a in states else a.name for a in arguments)
+
+
+def _tile(vectors: Sequence[tuple[str, int]]) -> Iterator[str]:
+    """Scratch for a block, a line per entry. One array: LLVM then sees that its parts do not overlap."""
+    offsets = list(accumulate((BLOCK * size for _, size in vectors), initial=0))
+    yield f"    tile = np.zeros({offsets[-1]})"
+    for (name, _), (start, stop) in zip(vectors, pairwise(offsets), strict=True):
+        yield f"    {name}_ = tile[{start}:{stop}]"
+
+
+def _squares(move: str, name: str, size: int) -> str:
+    """Moves eight states between rows and the tile, by squares; the last one overlaps the one before to stay inside."""
+    call = f"{move}({name}, {size}, {{}}, {{}}, start + j, last - 1, {name}_, j)"
+    if size <= SIDE:
+        return f"            {call.format(0, size)}"
+    last = f"min(i, {size - SIDE})"
+    return f"            for i in range(0, {size}, {SIDE}):\n                {call.format(last, SIDE)}"
+
+
+def _gather_columns(name: str, size: int) -> Iterator[str]:
+    yield f"        for i in range({size}):"
+    yield f"            line = {name}[i, start:start + here]"
+    yield "            for j in range(here):"
+    yield f"                {name}_[{BLOCK} * i + j] = line[j]"
 
 
 def _check(argument: Argument) -> str:

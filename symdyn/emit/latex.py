@@ -28,7 +28,8 @@ def equations_of_motion(equations: EquationsOfMotion) -> tuple[Equation, ...]:
     found = [Equation(place, signed(printer, left), signed(printer, right)) for place, left, right in sides(equations)]
     count = len(equations.states)
     for i, state in enumerate(equations.states, start=len(found) - count):
-        left = (rf"{printer(state.storage)} \, \dot{{{printer(state.symbol)}}}",)
+        rate = rf"\dot{{{printer(state.symbol)}}}"
+        left = (rate if state.storage == 1 else rf"{printer(state.storage)} \, {rate}",)
         found[i] = Equation(state.name, left, found[i].right)
     return tuple(found)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from itertools import groupby
 
 from symdyn.derive.equations import EquationsOfMotion
@@ -14,23 +15,41 @@ _GREEK = {"omega": r"\omega", "alpha": r"\alpha", "c": r"\mathrm{c}", "s": r"\ma
 _NAME = re.compile(r"([A-Za-z]+)_(\d+)([a-z]?)(?:_(\w+))?")
 
 
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """Equations of one law at one link; the efforts, at the end, have no law."""
+
+    heading: str  # "Link 2"
+    law: str
+    equations: tuple[Equation, ...]
+
+
 def recursion(equations: EquationsOfMotion) -> str:
+    """The passages as LaTeX, a paragraph per link."""
+    parts = []
+    for heading, of_link in groupby(passages(equations), key=lambda passage: passage.heading):
+        title = f"\\paragraph{{{escape(heading)}}}"
+        for passage in of_link:
+            lead = f"\n\n{escape(passage.law)}:" if passage.law else ""
+            parts.append(f"{title}{lead}\n{listed(passage.equations)}".lstrip("\n"))
+            title = ""
+    return "\n\n".join(parts)
+
+
+def passages(equations: EquationsOfMotion) -> tuple[Passage, ...]:
     """Named intermediates of inverse dynamics in the order of their computation, then the efforts."""
     steps = _needed(equations)
     printer = Printer(equations, {step.symbol: step_name(str(step.symbol)) for step in steps})
-    parts = []
-    for link, of_link in groupby(steps, key=lambda step: step.origin.partition(": ")[0]):
-        parts.append(f"\\paragraph{{{escape(link.capitalize())}}}")
-        for law, lines in groupby(of_link, key=lambda step: step.origin.partition(": ")[2]):
-            shown = [_equation(printer, step) for step in lines]
-            parts.append(f"{escape(law)}:\n{listed(shown)}")
+    found = []
+    for origin, lines in groupby(steps, key=lambda step: step.origin):
+        link, _, law = origin.partition(": ")
+        found.append(Passage(link.capitalize(), law, tuple(_equation(printer, step) for step in lines)))
     efforts = [
         Equation("", (rf"\tau^{{\mathrm{{arm}}}}_{{{k}}}",), signed(printer, ordered(effort)))
         for k, effort in enumerate(equations.arm, start=1)
         if effort != 0
     ]
-    parts.append(f"\\paragraph{{Efforts}}\n{listed(efforts)}")
-    return "\n\n".join(parts)
+    return (*found, Passage("Efforts", "", tuple(efforts)))
 
 
 def step_name(name: str) -> str:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from symdyn.emit import printer
-from symdyn.emit.printer import Syntax
+from symdyn.emit.printer import PARAMETERS, Syntax
 from symdyn.program.ssa import Op, Program
-
-PARAMETERS = "p"  # the vector that all states of a batch share
 
 NUMBA = Syntax(
     calls={
@@ -23,18 +21,23 @@ NUMBA = Syntax(
         Op.STEP: "_step",
         Op.MIN: "min",
         Op.MAX: "max",
+        Op.FLOOR: "np.floor",
     },
-    reserved=frozenset({"out", "math", "np", "k", "S", "abs", "min", "max", "_sign", "_step", "_sin", "_cos"}),
+    reserved=frozenset(
+        {"out", "math", "np", "k", "S", "turns", "_", "abs", "min", "max", "_sign", "_step", "_sin", "_cos"}
+    ),
     define="{} = {}".format,
     store="{} = {}".format,
     comment="# {}".format,
     entry=lambda vector, i: f"{vector}[{i}]" if vector == PARAMETERS else f"{vector}[{i} * S + k]",
+    turns=lambda names, angles: f"{', '.join(names)} = turns(({', '.join(angles)},))",
 )
 
 
 def body_lines(program: Program, indent: str = "    ") -> list[str]:
     """Lines that load the inputs that are used, compute, and store the outputs.
 
-    Entry i of a vector is at ``i * S + k``: that of state k among S, or with S = 1, k = 0 of a single one.
+    Entry i of a vector is at ``i * S + k``: that of state k among S, or with S = 1, k = 0 of a single one. ``turns``
+    gives sines and cosines of a tuple of angles: in one vector, or one by one where a loop over k has the vectors.
     """
     return printer.body_lines(program, NUMBA, "out[{} * S + k]".format, indent)

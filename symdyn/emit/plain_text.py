@@ -10,6 +10,7 @@ from symdyn.base import symbols
 from symdyn.derive import base_parameters as base
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit import latex
+from symdyn.emit.plain_laws import laws
 from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
@@ -53,6 +54,7 @@ def catalogue_rows() -> list[dict[str, Any]]:
                 "title": effect.title,
                 "at": sorted(str(kind) for kind in effect.attaches_to),
                 "parameters": {p.name: {str(m): unit for m, unit in p.units.items()} for p in effect.parameters},
+                "laws": dict(laws(effect)),
                 "signature": effect.signature,
                 "rivals": list(effect.rivals),
                 "source": effect.source,

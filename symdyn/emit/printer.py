@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from symdyn.program.angles import Turned, angles_first
 from symdyn.program.ssa import NULLARY, Node, Op, Program
 
 ADDITIVE, MULTIPLICATIVE, UNARY, ATOM = range(1, 5)  # binding strength, weakest first
 LINE_WIDTH = 100
+PARAMETERS = "p"  # the vector that all states of a batch share
 
 INFIX: Mapping[Op, tuple[str, int]] = {
     Op.ADD: (" + ", ADDITIVE),
@@ -33,6 +35,7 @@ class Syntax:
     comment: Callable[[str], str]  # of one line of printable text
     entry: Callable[[str, int], str] = "{}[{}]".format  # (vector, index)
     number: Callable[[float], str] = repr  # to the last bit; given a float, as repr prints it
+    turns: Callable[[Sequence[str], Sequence[str]], str] | None = None  # (names, angles): sine, cosine, sine, ...
 
 
 class _Text:
@@ -77,8 +80,11 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
     """Lines that load the inputs that are used, compute, and store output k at ``store(k)``.
 
     A line of the program gets a variable where it is used twice, has a name, or grows long; its name
-    and its origin, as a comment, are those of the derivation.
+    and its origin, as a comment, are those of the derivation. Where the syntax has ``turns``, sines and
+    cosines that no other ones go into come first, all at once.
     """
+    turned = angles_first(program) if syntax.turns else Turned(program, ())
+    program = turned.program
     vectors = argument_names(program, syntax)
     names = Names({*syntax.reserved, *vectors})
     used = used_symbols(program)
@@ -89,11 +95,18 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
             if symbol in used:
                 symbols[symbol] = names.unique(symbol)
                 lines.append(syntax.define(symbols[symbol], syntax.entry(vector, i)))
-    uses = Counter(arg for node in program.nodes for arg in node.args)
+    uses = Counter([arg for node in program.nodes for arg in node.args])
     uses.update(program.outputs)
     texts: list[_Text] = []
     origin = ""
     for index, node in enumerate(program.nodes):
+        if syntax.turns and turned.angles and index == turned.start:
+            turns = {pair: names.unique(label) for pair, label in turned.labels.items()}
+            targets = [turns.get((op, angle), "_") for angle in turned.angles for op in (Op.SIN, Op.COS)]
+            lines.append(syntax.turns(targets, [texts[angle].text for angle in turned.angles]))
+        if (node.op, *node.args) in turned.labels:
+            texts.append(_Text(turns[node.op, node.args[0]]))
+            continue
         text = _expression(node, texts, symbols, syntax)
         wanted = uses[index] > 1 or node.name or len(text.text) > LINE_WIDTH // 2
         if wanted and node.op not in NULLARY:
@@ -109,19 +122,20 @@ def body_lines(program: Program, syntax: Syntax, store: Callable[[int], str], in
 
 
 def _expression(node: Node, texts: list[_Text], symbols: Mapping[str, str], syntax: Syntax) -> _Text:
-    if node.op is Op.CONST:
-        assert node.value is not None
-        number = syntax.number(float(node.value))
-        return _Text(number, UNARY if number.startswith("-") else ATOM)
-    if node.op is Op.INPUT:
-        assert node.name is not None
-        return _Text(symbols[node.name])
-    args = [texts[i] for i in node.args]
-    if node.op is Op.NEG:
-        return _Text(f"-{args[0].inside(ATOM)}", UNARY)  # -(-x): a double minus is another operator in C
-    if node.op in INFIX:
-        symbol, strength = INFIX[node.op]
+    op, operands, value, name, _ = node
+    args = [texts[i] for i in operands]
+    infix = INFIX.get(op)
+    if infix is not None:
+        symbol, strength = infix
         # Operators group to the left: only the right operand needs care; (a + b) + c needs no brackets.
         left, right = args[0].inside(strength), args[1].inside(strength + 1)
         return _Text(f"{left}{symbol}{right}", strength)
-    return _Text(f"{syntax.calls[node.op]}({', '.join(a.text for a in args)})")
+    if value is not None:
+        number = syntax.number(float(value))
+        return _Text(number, UNARY if number.startswith("-") else ATOM)
+    if not args:
+        assert name is not None
+        return _Text(symbols[name])
+    if op is Op.NEG:
+        return _Text(f"-{args[0].inside(ATOM)}", UNARY)  # -(-x): a double minus is another operator in C
+    return _Text(f"{syntax.calls[op]}({', '.join([a.text for a in args])})")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import jinja2
@@ -59,14 +59,19 @@ def render(name: str, data: Mapping[str, object]) -> str:
     Raises ValueError if the template holds anything but substitutions, or if its names and those of
     the data differ: a value that nobody shows is as much a mistake as a name that nobody fills.
     """
-    environment = _environment(".html" in name)
-    tree = environment.parse(source(name))
-    logic = sorted({type(node).__name__ for node in tree.find_all(nodes.Node)} - {kind.__name__ for kind in ALLOWED})
-    if logic:
-        raise ValueError(f"template {name} holds logic: {', '.join(logic)}")
-    wanted, given = meta.find_undeclared_variables(tree), set(data)
+    wanted, given = _names(name, source(name)), set(data)
     if wanted != given:
         raise ValueError(
             f"template {name}: names without data {sorted(wanted - given)}, data without names {sorted(given - wanted)}"
         )
-    return environment.get_template(name).render(**data)
+    return _environment(".html" in name).get_template(name).render(**data)
+
+
+@lru_cache(maxsize=32)  # a kernel fills one template for every function
+def _names(name: str, text: str) -> frozenset[str]:
+    """The names that a template of nothing but substitutions wants."""
+    tree = _environment(".html" in name).parse(text)
+    logic = sorted({type(node).__name__ for node in tree.find_all(nodes.Node)} - {kind.__name__ for kind in ALLOWED})
+    if logic:
+        raise ValueError(f"template {name} holds logic: {', '.join(logic)}")
+    return frozenset(meta.find_undeclared_variables(tree))

@@ -9,12 +9,13 @@ from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
 from symdyn.faces.console import out, print_json, print_table
 from symdyn.faces.model_commands import refuse_free_parameters
+from symdyn.spec.urdf_chain import Chain
 
 
-def base_parameters(model: str, json: bool) -> None:
+def base_parameters(model: str, chain: Chain, json: bool) -> None:
     from symdyn.emit import plain_text
 
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     rows = plain_text.base_parameters(robot)
     if json:
         print_json([{"link": a, "entry": b, "expression": c, "unit": d} for a, b, c, d in rows])
@@ -24,13 +25,13 @@ def base_parameters(model: str, json: bool) -> None:
         out.print(f"{link} {entry} [{unit}] = {expression}", markup=False)
 
 
-def variants(model: str, states: int, speed: float, json: bool) -> None:
+def variants(model: str, chain: Chain, states: int, speed: float, json: bool) -> None:
     from symdyn.derive.equations import equations_of_motion
     from symdyn.program.variants import variant_table
 
     if states < 1 or not (math.isfinite(speed) and speed > 0):
         raise UsageError(Problem("SD302", "--states and --speed must be positive"))
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     rows = variant_table(equations_of_motion(robot), states, speed)
     joints = [joint.name for joint in robot.joints]

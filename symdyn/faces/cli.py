@@ -5,13 +5,16 @@ from __future__ import annotations
 import io
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from symdyn import __version__
 from symdyn.faces.cli_linear import frequency, reduce, sensitivity
 from symdyn.faces.cli_options import Json, Model
+
+if TYPE_CHECKING:
+    from symdyn.spec.urdf_chain import Chain
 
 app = typer.Typer(
     name="symdyn",
@@ -32,6 +35,12 @@ Lock = Annotated[
     bool, typer.Option("--lock-others", help="Of a URDF that branches: fix other branches on the chain at zero.")
 ]
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
+
+
+def _chain(base: str | None, tip: str | None, lock_others: bool) -> Chain:
+    from symdyn.spec.urdf_chain import Chain
+
+    return Chain(base, tip, lock_others)
 
 
 def _version(asked: bool) -> None:
@@ -56,38 +65,49 @@ def check(
         str | None, typer.Argument(help="A robot.toml, a URDF or a bundled machine; none: list the machines.")
     ] = None,
     recording: Annotated[list[Path] | None, typer.Argument(help="Recordings to check with it.")] = None,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     channel_map: Map = None,
     json: Json = False,
 ) -> None:
     """Read a model (and recordings) and say what is in it, or what is wrong with it."""
     from symdyn.faces import model_commands
 
-    model_commands.check(model, recording or [], channel_map, json)
+    model_commands.check(model, _chain(base, tip, lock_others), recording or [], channel_map, json)
 
 
 @app.command()
 def derive(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     steps: Annotated[bool, typer.Option("--steps", help="Show the Newton-Euler intermediates.")] = False,
     json: Json = False,
 ) -> None:
     """Derive the equations of motion and print them for reading."""
     from symdyn.faces import model_commands
 
-    model_commands.derive(model, steps, json)
+    model_commands.derive(model, _chain(base, tip, lock_others), steps, json)
 
 
 @app.command("base-parameters")
-def base_parameters(model: Model, json: Json = False) -> None:
+def base_parameters(
+    model: Model, base: Base = None, tip: Tip = None, lock_others: Lock = False, json: Json = False
+) -> None:
     """List the fewest inertial parameters that the arm's efforts depend on, as expressions of the given ones."""
     from symdyn.faces import arm_commands
 
-    arm_commands.base_parameters(model, json)
+    arm_commands.base_parameters(model, _chain(base, tip, lock_others), json)
 
 
 @app.command()
 def variants(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     states: Annotated[int, typer.Option("--states", help="How many random states to compare at.")] = 100,
     speed: Annotated[float, typer.Option("--speed", help="Share of the top speeds that the states reach.")] = 1.0,
     json: Json = False,
@@ -95,12 +115,29 @@ def variants(
     """Compare simpler models of the arm: what they miss at each joint, and what they save."""
     from symdyn.faces import arm_commands
 
-    arm_commands.variants(model, states, speed, json)
+    arm_commands.variants(model, _chain(base, tip, lock_others), states, speed, json)
+
+
+@app.command()
+def cost(
+    model: Model,
+    function: Annotated[
+        str | None, typer.Option("--function", help="Pass by pass, for this function: inverse_dynamics, mass_matrix_p.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Count the operations of each function of the kernel, and the time that optimising it takes."""
+    from symdyn.faces import cost_command
+
+    cost_command.cost(model, function, json)
 
 
 @app.command()
 def generate(
     models: Annotated[list[str] | None, typer.Argument(help="Robots to generate.")] = None,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder to write to; a folder per robot is made in it.")
     ] = Path("generated"),
@@ -113,18 +150,21 @@ def generate(
     """Write the code (kernel.py), equations.tex and manifest.json for each robot."""
     from symdyn.faces import model_commands
 
-    model_commands.generate(models or [], out, everything, target or [], json)
+    model_commands.generate(models or [], _chain(base, tip, lock_others), out, everything, target or [], json)
 
 
 @app.command()
 def latex(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; default: stdout.")] = None,
 ) -> None:
     """Print the equations as a LaTeX document."""
     from symdyn.faces import model_commands
 
-    model_commands.latex(model, out)
+    model_commands.latex(model, _chain(base, tip, lock_others), out)
 
 
 @app.command()
@@ -141,9 +181,8 @@ def convert(
 ) -> None:
     """Print a robot as robot.toml (from a URDF, say), or put its numbers back into the URDF it came from."""
     from symdyn.faces import model_commands
-    from symdyn.spec.urdf_chain import Chain
 
-    model_commands.convert(model, Chain(base, tip, lock_others), into, out)
+    model_commands.convert(model, _chain(base, tip, lock_others), into, out)
 
 
 @app.command()
@@ -157,6 +196,9 @@ def effects(json: Json = False) -> None:
 @app.command()
 def simulate(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     duration: Annotated[float, typer.Option("--duration", "-t", help="Seconds.")] = 1.0,
     step: Annotated[float, typer.Option("--step", help="Seconds between the rows of the result.")] = 1e-3,
     input: Annotated[
@@ -174,7 +216,9 @@ def simulate(
     """Simulate the full drive model under constant inputs; writes a CSV with named, unit-bearing columns."""
     from symdyn.faces import simulate_command
 
-    simulate_command.run(model, duration, step, input or [], start or [], smoothing, out, json)
+    simulate_command.run(
+        model, _chain(base, tip, lock_others), duration, step, input or [], start or [], smoothing, out, json
+    )
 
 
 for command in (frequency, sensitivity, reduce):
@@ -182,11 +226,20 @@ for command in (frequency, sensitivity, reduce):
 
 
 @app.command()
-def identify(model: Model, recording: Path, channel_map: Map = None, band: Band = None, json: Json = False) -> None:
+def identify(
+    model: Model,
+    recording: Path,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
+    channel_map: Map = None,
+    band: Band = None,
+    json: Json = False,
+) -> None:
     """Fit the parameters of the model as it is to a recording."""
     from symdyn.faces import recording_commands
 
-    recording_commands.identify(model, recording, channel_map, band, json)
+    recording_commands.identify(model, _chain(base, tip, lock_others), recording, channel_map, band, json)
 
 
 @app.command()
@@ -197,6 +250,9 @@ def diagnose(
         Path,
         typer.Option("--holdout", help="Another recording of the same machine: it judges, nothing is fitted to it."),
     ],
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     channel_map: Map = None,
     band: Band = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write the HTML report here.")] = None,
@@ -211,7 +267,10 @@ def diagnose(
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
     from symdyn.faces import recording_commands
 
-    code = recording_commands.diagnose(model, recording, holdout, channel_map, band, report, model_out, generate, json)
+    chain = _chain(base, tip, lock_others)
+    code = recording_commands.diagnose(
+        model, chain, recording, holdout, channel_map, band, report, model_out, generate, json
+    )
     if code:
         raise typer.Exit(code)
 

@@ -20,6 +20,7 @@ ELEMENTS = frozenset(
     )
 )
 _UPRIGHT = re.compile(r'(?:<mi mathvariant="normal">[A-Za-z]</mi>){2,}')
+_SIGN = re.compile(r'(form="prefix">[^<]*</mo>)<mo>(&#x02212;|&#x2212;)</mo>')
 
 
 def mathml(latex: str) -> Markup:
@@ -34,6 +35,7 @@ def mathml(latex: str) -> Markup:
         raise ValueError(f"no MathML for {latex!r}") from None
     if elements - ELEMENTS:
         raise ValueError(f"unexpected elements in the MathML of {latex!r}: {sorted(elements - ELEMENTS)}")
+    text = _SIGN.sub(r'\1<mo form="prefix">\2</mo>', text)  # behind a bracket it would be spaced as a binary one
     # Words, not products of letters.
     return Markup(_UPRIGHT.sub(lambda run: f"<mi>{re.sub('<[^>]*>', '', run[0])}</mi>", text))
 

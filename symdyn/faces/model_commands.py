@@ -18,11 +18,13 @@ from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
 
-def check(model: str | None, recordings: list[Path], channel_map: Path | None, json: bool) -> None:
+def check(model: str | None, chain: Chain, recordings: list[Path], channel_map: Path | None, json: bool) -> None:
     if model is None:
+        if chain != WHOLE:
+            raise UsageError(Problem("SD010", "--base, --tip and --lock-others choose from a URDF: name one"))
         _list_machines(json)
         return
-    robot, warnings = compiler.load_with_warnings(model)
+    robot, warnings = compiler.load_with_warnings(model, chain)
     print_warnings(warnings)
     read = [open_recording(path, robot, channel_map) for path in recordings]
     for recording in read:
@@ -58,11 +60,11 @@ def check(model: str | None, recordings: list[Path], channel_map: Path | None, j
         )
 
 
-def derive(model: str, steps: bool, json: bool) -> None:
+def derive(model: str, chain: Chain, steps: bool, json: bool) -> None:
     from symdyn.derive.equations import equations_of_motion
     from symdyn.emit import plain_text
 
-    equations = equations_of_motion(compiler.load_robot(model))
+    equations = equations_of_motion(compiler.load_robot(model, chain))
     shown = plain_text.equations(equations)
     named = plain_text.steps(equations) if steps else []
     if json:
@@ -82,11 +84,11 @@ def derive(model: str, steps: bool, json: bool) -> None:
         out.print(f"{symbol} = {expression}    # {origin}", markup=False)
 
 
-def generate(models: list[str], folder: Path, everything: bool, targets: list[str], json: bool) -> None:
+def generate(models: list[str], chain: Chain, folder: Path, everything: bool, targets: list[str], json: bool) -> None:
     if everything == bool(models):
         raise UsageError(Problem("SD011", "name the robots to generate, or give --all for the bundled machines"))
     wanted = list(machine_names()) if everything else models
-    robots = [compiler.load_robot(model) for model in wanted]
+    robots = [compiler.load_robot(model, chain) for model in wanted]
     names = Counter(robot.name for robot in robots)
     for name, times in names.items():
         if times > 1:
@@ -104,11 +106,11 @@ def generate(models: list[str], folder: Path, everything: bool, targets: list[st
         out.print(f"{name}: {', '.join(files)}", markup=False)
 
 
-def latex(model: str, path: Path | None) -> None:
+def latex(model: str, chain: Chain, path: Path | None) -> None:
     from symdyn.derive.equations import equations_of_motion
     from symdyn.emit.latex import document
 
-    _write(document(equations_of_motion(compiler.load_robot(model))), path)
+    _write(document(equations_of_motion(compiler.load_robot(model, chain))), path)
 
 
 def convert(model: str, chain: Chain, into: Path | None, path: Path | None) -> None:
@@ -136,6 +138,12 @@ def effects(json: bool) -> None:
         return
     shown = [(r["effect"], ", ".join(r["at"]), ", ".join(r["parameters"]), r["signature"]) for r in rows]
     print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown)
+    for r in rows:
+        out.print(f"\n{r['effect']}: {r['title']} ({r['source']})", markup=False)
+        for quantity, law in r["laws"].items():
+            out.print(f"  {quantity} = {law}", markup=False)
+        if r["rivals"]:
+            out.print(f"  rivals: {', '.join(r['rivals'])}", markup=False)
 
 
 def refuse_free_parameters(robot: Robot) -> None:

@@ -10,6 +10,7 @@ from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit.latex import equations_of_motion
 from symdyn.emit.latex_text import Equation, escape
 from symdyn.faces.mathml import equation_markup
+from symdyn.faces.recursion import recursion_markup
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +18,7 @@ class ShownEquations:
     """Equations that a notebook draws: as MathML, or as LaTeX where it has MathJax only."""
 
     equations: tuple[Equation, ...]
+    recursion: Markup  # the arm step by step, where it is large
 
     def _repr_latex_(self) -> str:
         return "\n\n".join(
@@ -26,7 +28,8 @@ class ShownEquations:
 
     def _repr_html_(self) -> str:
         row = Markup('<div style="margin: 0.4em 0"><b>{}</b><div>{}</div></div>')
-        return str(Markup("\n").join(row.format(e.title, equation_markup(e)) for e in self.equations))
+        rows = [row.format(e.title, equation_markup(e)) for e in self.equations]
+        return str(Markup("\n").join([*rows, self.recursion]))
 
     def __repr__(self) -> str:
         return f"<equations of motion of {', '.join(e.title for e in self.equations)}>"
@@ -34,4 +37,4 @@ class ShownEquations:
 
 def show(equations: EquationsOfMotion) -> ShownEquations:
     """The equations of motion, one per coordinate and hidden state, for display."""
-    return ShownEquations(equations_of_motion(equations))
+    return ShownEquations(equations_of_motion(equations), recursion_markup(equations))

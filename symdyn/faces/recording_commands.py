@@ -12,15 +12,18 @@ from symdyn.faces.console import err, out, print_json, print_table, print_warnin
 from symdyn.faces.recordings import open_recording
 from symdyn.faces.words import effect_title, percent, quantity_text, verdict_sentence
 from symdyn.numeric.findings import Diagnosis, Verdict
+from symdyn.spec.urdf_chain import WHOLE, Chain
 
 DEMO = Path(__file__).parent.parent / "demo"
 
 
-def identify(model: str, recording: Path, channel_map: Path | None, band: float | None, json: bool) -> None:
+def identify(
+    model: str, chain: Chain, recording: Path, channel_map: Path | None, band: float | None, json: bool
+) -> None:
     from symdyn.numeric.identify import identify as run
 
     _check_band(band)
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     data = open_recording(recording, robot, channel_map)
     print_warnings(data.warnings)
     with status(json) as progress:
@@ -35,6 +38,7 @@ def identify(model: str, recording: Path, channel_map: Path | None, band: float 
 
 def diagnose(
     model: str,
+    chain: Chain,
     recording: Path,
     holdout: Path,
     channel_map: Path | None,
@@ -51,7 +55,7 @@ def diagnose(
     for path in (model_out, report, generate / "kernel.py" if generate else None):
         if path is not None:
             check_writable(path)
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     training, judge = (open_recording(path, robot, channel_map) for path in (recording, holdout))
     if training.sha256 == judge.sha256:
         raise UsageError(Problem("SD010", "the held-out recording must not be the one that is fitted"))
@@ -59,7 +63,7 @@ def diagnose(
     with status(json) as progress:
         result = run(robot, training, judge, band=band, progress=progress)
     if model_out is not None:
-        write_atomically(model_out, _model_text(result, model, model_out))
+        write_atomically(model_out, _model_text(result, model, chain, model_out))
     if generate is not None:
         compiler.generate(result.diagnosed, generate)
     if report is not None:
@@ -81,16 +85,17 @@ def _check_band(band: float | None) -> None:
         raise UsageError(Problem("SD010", f"--band is a frequency in Hz above zero, not {band}"))
 
 
-def _model_text(result: Diagnosis, model: str, path: Path) -> str:
+def _model_text(result: Diagnosis, model: str, chain: Chain, path: Path) -> str:
     """The diagnosed model in the language of the file to write."""
     if path.suffix != ".urdf":
         return result.diagnosed.text
-    return compiler.robot_into_urdf(result.diagnosed, model)
+    return compiler.robot_into_urdf(result.diagnosed, model, chain)
 
 
 def demo(folder: Path, json: bool) -> int:
     return diagnose(
         str(DEMO / "two-link.toml"),
+        WHOLE,
         DEMO / "identification.csv.gz",
         DEMO / "holdout.csv.gz",
         None,

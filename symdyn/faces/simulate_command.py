@@ -17,12 +17,14 @@ from symdyn.base.files import write_atomically
 from symdyn.faces.console import err, print_json, status
 from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.numeric.simulate import simulate
+from symdyn.spec.urdf_chain import Chain
 
 MOST_ROWS = 10_000_000
 
 
 def run(
     model: str,
+    chain: Chain,
     duration: float,
     step: float,
     inputs: list[str],
@@ -37,7 +39,7 @@ def run(
         raise UsageError(Problem("SD302", f"{duration / step:.3g} rows: choose a longer --step"))
     if not (math.isfinite(smoothing) and smoothing > 0):
         raise UsageError(Problem("SD302", "--smoothing must be positive"))
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     kernel = compiler.compile_robot(robot, smoothing=smoothing).kernel()
     u = _named(inputs, kernel.inputs, "--input")

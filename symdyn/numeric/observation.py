@@ -44,7 +44,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
     noise floor. Effort is measured directly, or follows from the actuator's input through the kernel.
 
     Raises InputError (SD520, SD521) when a joint's position or effort was not measured, or the robot
-    has coordinates that inverse dynamics would need and nobody measures.
+    has coordinates or states that inverse dynamics would need and nobody measures.
     """
     _refuse_hidden(robot, kernel)
     positions = np.column_stack([recording.channel(Quantity.POSITION, joint.name) for joint in robot.joints])
@@ -64,9 +64,13 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:
     """(N, n) effort at the joints: a measured effort, or the actuator's input times its gain."""
     n, count = len(robot.joints), len(recording.time)
-    inputs = np.zeros((count, n))
+    driven_joints = [joint.name for joint in robot.joints if not joint.passive]
+    inputs = np.zeros((count, len(driven_joints)))
     direct = np.full((count, n), np.nan)
     for i, joint in enumerate(robot.joints):
+        if joint.passive:
+            direct[:, i] = 0.0
+            continue
         if recording.has(Quantity.EFFORT, joint.name):
             direct[:, i] = recording.channel(Quantity.EFFORT, joint.name)
             continue
@@ -76,7 +80,7 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
             message = f"recording '{recording.name}' holds no {what} of joint '{joint.name}'"
             hint = "map a column to it under [[recording.channel]]"
             raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
-        inputs[:, i] = recording.channel(wanted, joint.name)
+        inputs[:, driven_joints.index(joint.name)] = recording.channel(wanted, joint.name)
     states = np.zeros((count, len(kernel.states)))
     driven = kernel.actuation_p_batch(states, inputs, kernel.values)
     return np.where(np.isnan(direct), driven, direct)
@@ -116,4 +120,10 @@ def _refuse_hidden(robot: Robot, kernel: Kernel) -> None:
     if hidden:
         message = f"'{robot.name}' has coordinates that no channel measures: {', '.join(hidden)}"
         hint = "this version diagnoses rigid transmissions: fix the rotors to their joint (fixed_to_joint = true)"
+        raise InputError(Problem("SD521", message, robot.where, hint))
+    currents = {f"{j.name}.{j.drive.motor.at}.current" for j in robot.joints if j.drive and j.drive.motor}
+    memory = [name for name in kernel.states[2 * len(kernel.coordinates) :] if name not in currents]
+    if memory:
+        message = f"'{robot.name}' has states that no channel measures: {', '.join(memory)}"
+        hint = "this version diagnoses friction without memory: take the effects away that bring them"
         raise InputError(Problem("SD521", message, robot.where, hint))

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
-from symdyn.program.ssa import Op, Program
+from symdyn.program.ssa import NULLARY, Op, Program
 
 _ADDITIONS = frozenset({Op.ADD, Op.SUB, Op.NEG})
 _TRIGONOMETRIC = frozenset({Op.SIN, Op.COS, Op.TAN})
 
 # Approximate costs in units of one addition, vectorised double precision on x86-64.
-_WEIGHTS = {Op.CONST: 0, Op.INPUT: 0, Op.DIV: 4, Op.SQRT: 5, Op.SIN: 20, Op.COS: 20, Op.TAN: 25} | {
+WEIGHTS = {Op.CONST: 0, Op.INPUT: 0, Op.DIV: 4, Op.SQRT: 5, Op.SIN: 20, Op.COS: 20, Op.TAN: 25} | {
     Op.TANH: 25, Op.EXP: 15, Op.LOG: 15, Op.ATAN2: 30
 }  # fmt: skip
 
@@ -33,24 +34,21 @@ class Cost:
 
 def count(program: Program) -> Cost:
     """Count the operations of a program."""
-    additions = multiplications = divisions = trigonometric = other = 0
-    for node in program.nodes:
-        if node.op in _ADDITIONS:
-            additions += 1
-        elif node.op is Op.MUL:
-            multiplications += 1
-        elif node.op is Op.DIV:
-            divisions += 1
-        elif node.op in _TRIGONOMETRIC:
-            trigonometric += 1
-        elif node.op not in (Op.CONST, Op.INPUT):
-            other += 1
-    return Cost(additions, multiplications, divisions, trigonometric, other)
+    times = _times(program)
+    additions = sum(times[op] for op in _ADDITIONS)
+    trigonometric = sum(times[op] for op in _TRIGONOMETRIC)
+    known = additions + times[Op.MUL] + times[Op.DIV] + trigonometric + sum(times[op] for op in NULLARY)
+    return Cost(additions, times[Op.MUL], times[Op.DIV], trigonometric, len(program.nodes) - known)
 
 
 def weight(program: Program) -> int:
     """Estimated run time in units of one addition: what a pass must not raise."""
-    return sum(_WEIGHTS.get(node.op, 1) for node in program.nodes)
+    return sum(times * WEIGHTS.get(op, 1) for op, times in _times(program).items())
+
+
+def _times(program: Program) -> Counter[Op]:
+    """How often each operation occurs."""
+    return Counter([node[0] for node in program.nodes])
 
 
 def cheaper(before: Program, after: Program) -> Program:

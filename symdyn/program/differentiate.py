@@ -103,7 +103,7 @@ def _partial(b: Builder, op: Op, args: tuple[int, ...], line: int, which: int, o
             square = make(Op.ADD, make(Op.MUL, x, x), make(Op.MUL, other, other))
             factor = make(Op.DIV, other, square)
             factor = factor if which == 0 else make(Op.NEG, factor)
-        case _:  # SIGN, STEP: constant between their jumps
+        case _:  # SIGN, STEP, FLOOR: constant between their jumps
             zero = b.constant(0.0)
             return lambda d: zero
     return lambda d: make(Op.MUL, factor, d)

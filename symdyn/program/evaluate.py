@@ -41,6 +41,7 @@ _MEANING: dict[Op, Callable[..., Any]] = {
     Op.MAX: max,
     Op.ATAN2: mpmath.atan2,
     Op.STEP: lambda a: mpf(int(a > 0)),
+    Op.FLOOR: mpmath.floor,
 }
 
 

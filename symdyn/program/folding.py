@@ -31,11 +31,15 @@ _NUMBERS: dict[Op, Callable[..., float]] = {
     Op.MAX: max,
     Op.ATAN2: math.atan2,
     Op.STEP: lambda a: float(a > 0),
+    Op.FLOOR: lambda a: float(math.floor(a)),
 }
 
 
 def fold(builder: Builder, op: Op, args: tuple[int, ...], origin: str = "") -> int:
     """The line of ``op(args)`` after every local rule that applies."""
+    ops, triggers = builder.ops, TRIGGERS[op]
+    if ops[args[0]] not in triggers and ops[args[-1]] not in triggers and (len(args) == 1 or args[0] != args[1]):
+        return builder.intern(op, args, origin)  # most lines: no rule can apply
     line = _number(builder, op, args)
     if line is not None:
         return line
@@ -48,7 +52,7 @@ def _number(b: Builder, op: Op, args: tuple[int, ...]) -> int | None:
     """The constant that an operation on constants gives; None where it is not finite."""
     values = []
     for argument in args:
-        value = b.value(argument)
+        value = b.values[argument]
         if value is None:
             return None
         values.append(value)
@@ -61,15 +65,15 @@ def _number(b: Builder, op: Op, args: tuple[int, ...]) -> int | None:
 
 def _inside(b: Builder, line: int, op: Op) -> tuple[int, ...]:
     """The arguments of the line if its operation is ``op``, else ()."""
-    return b.args(line) if b.op(line) is op else ()
+    return b.args[line] if b.ops[line] is op else ()
 
 
 def _scaled(b: Builder, line: int) -> tuple[float, int] | None:
     """(c, x) if the line is the product of a number and x."""
-    if b.op(line) is Op.MUL:
-        first, second = b.args(line)
+    if b.ops[line] is Op.MUL:
+        first, second = b.args[line]
         for number, other in ((first, second), (second, first)):
-            value = b.value(number)
+            value = b.values[number]
             if value is not None:
                 return value, other
     return None
@@ -90,17 +94,17 @@ def _times(b: Builder, coefficient: float, line: int, origin: str) -> int | None
 
 def _add(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
     for x, y in (args, args[::-1]):
-        if b.value(x) == 0.0:
+        if b.values[x] == 0.0:
             return y
         if negated := _inside(b, x, Op.NEG):
             return fold(b, Op.SUB, (y, negated[0]), origin)
         if (difference := _inside(b, x, Op.SUB)) and difference[1] == y:
             return difference[0]
-        number = b.value(x)
+        number = b.values[x]
         inner = _inside(b, y, Op.ADD)
         if number is not None and inner:
             for constant, other in (inner, inner[::-1]):
-                value = b.value(constant)
+                value = b.values[constant]
                 if value is not None and math.isfinite(number + value):
                     return fold(b, Op.ADD, (b.constant(number + value), other), origin)
     return None
@@ -110,9 +114,9 @@ def _subtract(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
     x, y = args
     if x == y:
         return b.constant(0.0)
-    if b.value(y) == 0.0:
+    if b.values[y] == 0.0:
         return x
-    if b.value(x) == 0.0:
+    if b.values[x] == 0.0:
         return fold(b, Op.NEG, (y,), origin)
     if negated := _inside(b, y, Op.NEG):
         return fold(b, Op.ADD, (x, negated[0]), origin)
@@ -125,7 +129,7 @@ def _subtract(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
 
 def _multiply(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
     for x, y in (args, args[::-1]):
-        number = b.value(x)
+        number = b.values[x]
         if number is not None:
             scaled = _scaled(b, y)
             if scaled is not None:
@@ -141,8 +145,8 @@ def _multiply(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
 
 def _divide(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
     x, y = args
-    number = b.value(y)
-    if b.value(x) == 0.0 and number != 0.0:
+    number = b.values[y]
+    if b.values[x] == 0.0 and number != 0.0:
         return b.constant(0.0)
     if x == y:
         return b.constant(1.0)
@@ -177,7 +181,7 @@ def _even(op: Op) -> Callable[[Builder, tuple[int, ...], str], int | None]:
 def _absolute(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
     if negated := _inside(b, args[0], Op.NEG):
         return fold(b, Op.ABS, negated, origin)
-    return args[0] if b.op(args[0]) in (Op.ABS, Op.SQRT, Op.EXP, Op.STEP) else None
+    return args[0] if b.ops[args[0]] in (Op.ABS, Op.SQRT, Op.EXP, Op.STEP) else None
 
 
 def _root(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
@@ -191,7 +195,7 @@ def _idempotent(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
 
 def _projection(op: Op) -> Callable[[Builder, tuple[int, ...], str], int | None]:
     def rule(b: Builder, args: tuple[int, ...], origin: str) -> int | None:
-        return args[0] if b.op(args[0]) is op else None
+        return args[0] if b.ops[args[0]] is op else None
 
     return rule
 
@@ -207,6 +211,21 @@ _RULES: dict[Op, Callable[[Builder, tuple[int, ...], str], int | None]] = {
     Op.SQRT: _root,
     Op.SIGN: _projection(Op.SIGN),
     Op.STEP: _projection(Op.STEP),
+    Op.FLOOR: _projection(Op.FLOOR),
     Op.MIN: _idempotent,
     Op.MAX: _idempotent,
+}
+
+# A rule applies only where an argument is a number or one of these, or where both arguments are the same line.
+TRIGGERS: dict[Op, frozenset[Op]] = dict.fromkeys(Op, frozenset({Op.CONST})) | {
+    Op.ADD: frozenset({Op.CONST, Op.NEG, Op.SUB}),
+    Op.SUB: frozenset({Op.CONST, Op.NEG, Op.ADD, Op.SUB}),
+    Op.MUL: frozenset({Op.CONST, Op.NEG}),
+    Op.DIV: frozenset({Op.CONST, Op.NEG, Op.MUL}),
+    Op.NEG: frozenset({Op.CONST, Op.NEG, Op.SUB, Op.MUL}),
+    Op.COS: frozenset({Op.CONST, Op.NEG}),
+    Op.ABS: frozenset({Op.CONST, Op.NEG, Op.ABS, Op.SQRT, Op.EXP, Op.STEP}),
+    Op.SQRT: frozenset({Op.CONST, Op.MUL}),
+    Op.SIGN: frozenset({Op.CONST, Op.SIGN}),
+    Op.STEP: frozenset({Op.CONST, Op.STEP}),
 }

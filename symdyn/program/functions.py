@@ -9,11 +9,14 @@ from dataclasses import replace
 import sympy as sp
 
 from symdyn.base import symbols
+from symdyn.derive.composite import gravity
+from symdyn.derive.coordinates import joint_coordinates
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.derive.steps import Step
+from symdyn.derive.steps import Step, Steps
 from symdyn.program.builder import Builder
 from symdyn.program.compose import inline
 from symdyn.program.differentiate import differentiate
+from symdyn.program.effort_tangent import effort_tangent
 from symdyn.program.folding import fold
 from symdyn.program.function import Function
 from symdyn.program.kinematic_functions import kinematic_functions
@@ -32,6 +35,16 @@ def functions(equations: EquationsOfMotion, smoothing: float | None = None) -> t
     ``smoothing``: width over which jumps are smoothed before anything is differentiated.
     """
     return _Functions(equations, smoothing).all()
+
+
+def state_derivative(equations: EquationsOfMotion) -> Program:
+    """d x / dt as a program of x, u and p alone, for those who need no other function."""
+    work = _Functions(equations, None)
+    steps, efforts = equations.required()
+    required = work.lower("inverse_dynamics", (work.q, work.qd, work.qdd), efforts, steps)
+    bias = _at_zero(replace(required, name="bias_force"), (work.qdd,))
+    actuation = work.lower("actuation", (work.x, work.u), equations.actuation())
+    return work.state_derivative(work.forward_dynamics(work.mass_matrix(), bias), actuation)
 
 
 class _Functions:
@@ -54,35 +67,33 @@ class _Functions:
         required = self.lower("inverse_dynamics", (self.q, self.qd, self.qdd), efforts, steps)
         mass = self.mass_matrix()
         bias = _at_zero(replace(required, name="bias_force"), (self.qdd,))
-        arm = self.lower("gravity", (self.q, self.qd, self.qdd), equations.arm, equations.steps)
-        gravity = _at_zero(arm, (self.qd, self.qdd))
         energy = self.lower(
             "energy", (self.q, self.qd), (equations.kinetic, equations.potential), equations.energy_steps
         )
         actuation = self.lower("actuation", (self.x, self.u), equations.actuation())
         forward = self.forward_dynamics(mass, bias)
         state = self.state_derivative(forward, actuation)
-        tangent = differentiate(required, (*self.q.symbols, *self.qd.symbols), "inverse_dynamics_state_jacobian")
+        tangent = effort_tangent(equations, self.smoothing)
         found = [
             Function(required, "Effort (n,) along each coordinate that the motion needs."),
             Function(forward, "Acceleration (n,) under efforts tau."),
             Function(mass, "Mass matrix M (n, n): symmetric, positive definite."),
             Function(self.mass_matrix_inverse(mass), "Inverse of the mass matrix (n, n)."),
             Function(bias, "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
-            Function(gravity, "Effort (n,) that holds the arm against gravity."),
+            Function(self.gravity(), "Effort (n,) that holds the arm against gravity."),
             Function(energy, "Kinetic and potential energy (2,) in J."),
             Function(actuation, "Effort (n,) that inputs and motor currents exert along each coordinate."),
             Function(state, "Time derivative of the state x = [q, qd, hidden states] under inputs u."),
             Function(
-                tangent,
+                self.inverse_jacobian(tangent),
                 "d inverse_dynamics / d [q, qd], (n, 2 n); with respect to qdd it is the mass matrix.",
             ),
             Function(
-                self.forward_jacobian(forward, mass, tangent),
+                self.forward_jacobian(tangent),
                 "d forward_dynamics / d [q, qd], (n, 2 n); with respect to tau it is the inverse of the mass matrix.",
             ),
             Function(
-                self.state_jacobian("state_derivative_state_jacobian", self.x, forward, mass, actuation, tangent),
+                self.drift_jacobian(tangent, actuation),
                 "A = d state_derivative / d x.",
             ),
             Function(
@@ -128,6 +139,13 @@ class _Functions:
         sums = [fold(builder, Op.ADD, pair, "inertia of the arm and of effects") for pair in entries]
         return builder.program("mass_matrix", (self.q, self.p), sums, (self.n, self.n))
 
+    def gravity(self) -> Program:
+        robot, steps = self.equations.robot, Steps()
+        addresses = (coordinate.address for coordinate in joint_coordinates(robot))
+        by_joint = dict(zip(addresses, gravity(robot, steps), strict=True))
+        efforts = [by_joint.get(axis.address, sp.Integer(0)) for axis in self.equations.axes]
+        return self.lower("gravity", (self.q,), efforts, steps.freeze())
+
     def mass_matrix_inverse(self, mass: Program) -> Program:
         builder = Builder()
         inverse = invert_symmetric(builder, _rows(inline(builder, mass), self.n))
@@ -136,14 +154,18 @@ class _Functions:
 
     def forward_dynamics(self, mass: Program, bias: Program) -> Program:
         builder = Builder()
-        entries = inline(builder, mass)
+        rows = _rows(inline(builder, mass), self.n)
         forces = inline(builder, bias)
-        right = [
-            builder.intern(Op.SUB, (builder.input(symbol), force), "effort less bias force")
-            for symbol, force in zip(self.tau.symbols, forces, strict=True)
-        ]
-        solution = solve_symmetric(builder, _rows(entries, self.n), right)
+        solution = self.solved(builder, rows, [builder.input(symbol) for symbol in self.tau.symbols], forces)
         return builder.program("forward_dynamics", (self.q, self.qd, self.tau, self.p), solution, (self.n,))
+
+    def solved(
+        self, builder: Builder, mass: Sequence[Sequence[int]], efforts: Sequence[int], bias: Sequence[int]
+    ) -> tuple[int, ...]:
+        """Lines of the acceleration."""
+        pairs = zip(efforts, bias, strict=True)
+        right = [builder.intern(Op.SUB, pair, "effort less bias force") for pair in pairs]
+        return solve_symmetric(builder, mass, right)
 
     def rates(self) -> Program:
         """Of the hidden states."""
@@ -161,13 +183,37 @@ class _Functions:
         efforts = inline(builder, actuation)
         return inline(builder, forward, dict(zip(self.tau.symbols, efforts, strict=True)))
 
-    def forward_jacobian(self, forward: Program, mass: Program, tangent: Program) -> Program:
+    def inverse_jacobian(self, tangent: Program) -> Program:
         builder = Builder()
-        accelerations = inline(builder, forward)
-        columns = self.implicit(builder, accelerations, mass, 2 * self.n, tangent)
+        rows = _rows(inline(builder, tangent), 3 * self.n + 1)
+        outputs = [entry for row in rows for entry in row[: 2 * self.n]]
+        arguments = (self.q, self.qd, self.qdd, self.p)
+        return builder.program("inverse_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))
+
+    def forward_jacobian(self, tangent: Program) -> Program:
+        builder = Builder()
+        efforts = [builder.input(symbol) for symbol in self.tau.symbols]
+        mass, needed = self.forward_tangent(builder, tangent, efforts)
+        columns = self.implicit(builder, mass, needed)
         outputs = [column[i] for i in range(self.n) for column in columns]
         arguments = (self.q, self.qd, self.tau, self.p)
         return builder.program("forward_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))
+
+    def forward_tangent(
+        self, builder: Builder, tangent: Program, efforts: Sequence[int]
+    ) -> tuple[list[Sequence[int]], list[tuple[int, ...]]]:
+        """Rows of M, and columns of d inverse_dynamics / d [q, qd] at the acceleration under ``efforts``."""
+        rows, n = _rows(inline(builder, tangent), 3 * self.n + 1), self.n
+        mass = [row[2 * n : 3 * n] for row in rows]
+        accelerations = self.solved(builder, mass, efforts, [row[3 * n] for row in rows])
+        given = dict(zip(self.qdd.symbols, accelerations, strict=True))
+        return mass, _columns(inline(builder, tangent, given), n)[: 2 * n]
+
+    def drift_jacobian(self, tangent: Program, actuation: Program) -> Program:
+        """d state_derivative / d x."""
+        builder = Builder()
+        mass, needed = self.forward_tangent(builder, tangent, inline(builder, actuation))
+        return self.rates_jacobian("state_derivative_state_jacobian", self.x, builder, mass, actuation, needed)
 
     def state_jacobian(
         self,
@@ -179,43 +225,50 @@ class _Functions:
         tangent: Program | None = None,
     ) -> Program:
         """d state_derivative / d ``wrt``; ``tangent`` is inverse dynamics' own derivative, where there is one."""
-        builder, size = Builder(), len(wrt.symbols)
+        builder = Builder()
         accelerations = self.accelerations(builder, forward, actuation)
-        driven = differentiate(actuation, wrt.symbols, "driven")
-        columns = self.implicit(builder, accelerations, mass, size, tangent, driven)
+        given = dict(zip(self.qdd.symbols, accelerations, strict=True))
+        rows = _rows(inline(builder, mass), self.n)
+        needed = _columns(inline(builder, tangent, given), self.n) if tangent is not None else []
+        return self.rates_jacobian(name, wrt, builder, rows, actuation, needed)
+
+    def rates_jacobian(
+        self,
+        name: str,
+        wrt: Argument,
+        builder: Builder,
+        mass: Sequence[Sequence[int]],
+        actuation: Program,
+        needed: Sequence[Sequence[int]],
+    ) -> Program:
+        driven = _columns(inline(builder, differentiate(actuation, wrt.symbols, "driven")), self.n)
+        columns = self.implicit(builder, mass, needed, driven)
         zero, one = builder.constant(0.0), builder.constant(1.0)
         speeds = [one if symbol == own else zero for own in self.qd.symbols for symbol in wrt.symbols]
         rates = inline(builder, differentiate(self.rates(), wrt.symbols, "rates"))
         outputs = (*speeds, *(column[i] for i in range(self.n) for column in columns), *rates)
-        return builder.program(name, (self.x, self.u, self.p), outputs, (len(self.x.symbols), size))
+        return builder.program(name, (self.x, self.u, self.p), outputs, (len(self.x.symbols), len(wrt.symbols)))
 
     def implicit(
         self,
         builder: Builder,
-        accelerations: Sequence[int],
-        mass: Program,
-        size: int,
-        tangent: Program | None,
-        driven: Program | None = None,
+        mass: Sequence[Sequence[int]],
+        needed: Sequence[Sequence[int]],
+        driven: Sequence[Sequence[int]] = (),
     ) -> list[tuple[int, ...]]:
         """Columns of d qdd / d w by the implicit function theorem: M d qdd = d actuation - d inverse_dynamics.
 
-        ``tangent`` and ``driven`` are the two derivatives; missing columns are zero. The factors of M
-        are the lines of forward dynamics, and cost nothing again.
+        ``needed`` are the columns of the latter, ``driven`` of the former; what either lacks is zero. The factors of M
+        are at hand, and cost nothing again.
         """
-        zero = builder.constant(0.0)
-        given = dict(zip(self.qdd.symbols, accelerations, strict=True))
-        rows = _rows(inline(builder, mass), self.n)
-        needed = _columns(inline(builder, tangent, given), self.n) if tangent is not None else []
-        supplied = _columns(inline(builder, driven), self.n) if driven is not None else []
-        none = (zero,) * self.n
+        none = (builder.constant(0.0),) * self.n
         found = []
-        for k in range(size):
+        for k in range(max(len(needed), len(driven))):
             minus = needed[k] if k < len(needed) else none
-            plus = supplied[k] if k < len(supplied) else none
+            plus = driven[k] if k < len(driven) else none
             origin = "derivative of effort"
             right = [fold(builder, Op.SUB, pair, origin) for pair in zip(plus, minus, strict=True)]
-            found.append(solve_symmetric(builder, rows, right))
+            found.append(solve_symmetric(builder, mass, right))
         return found
 
 

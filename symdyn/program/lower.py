@@ -25,6 +25,7 @@ _FUNCTIONS = {
     sympy.sign: Op.SIGN,
     sympy.Min: Op.MIN,
     sympy.Max: Op.MAX,
+    sympy.floor: Op.FLOOR,
     sympy.atan2: Op.ATAN2,
     nonsmooth.sign_of: Op.SIGN,
     nonsmooth.step: Op.STEP,
@@ -68,7 +69,7 @@ class _Lowering:
 
     def step(self, step: Step) -> None:
         line = self.expression(step.expression, step.origin)
-        if self.builder.op(line) is not Op.INPUT:
+        if self.builder.ops[line] is not Op.INPUT:
             self.builder.label(line, step.symbol.name)
         self._define(step.symbol.name, (False, line))
 
@@ -116,8 +117,14 @@ class _Lowering:
             return (
                 self._power(expression, operands[0]) if len(operands) == 1 else self._exponential(expression, operands)
             )
+        if isinstance(expression, nonsmooth.pushing):
+            return False, self._pushing(*(self._plain(operand) for operand in operands))
         if isinstance(expression, (nonsmooth.deadzone, nonsmooth.outside)):
             return self._gap(expression, operands)
+        if isinstance(expression, nonsmooth.clip):
+            return self._clip(operands)
+        if isinstance(expression, nonsmooth.quantise):
+            return self._quantum(operands)
         return self._call(expression, operands)
 
     def _symbol(self, name: str) -> _Signed:
@@ -147,8 +154,8 @@ class _Lowering:
         for factor, (sign, line) in factors:
             negative ^= sign
             if factor.is_Pow and factor.exp.is_negative and (2 * factor.exp).is_Integer:
-                below.append(self.builder.args(line)[1])
-            elif self.builder.value(line) != 1.0:
+                below.append(self.builder.args[line][1])
+            elif self.builder.values[line] != 1.0:
                 above.append(line)
         numerator = self._chain(Op.MUL, above) if above else self.builder.constant(1.0)
         return negative, self._make(Op.DIV, numerator, self._chain(Op.MUL, below)) if below else numerator
@@ -196,6 +203,22 @@ class _Lowering:
         shift = self._make(Op.MUL, s, self._make(Op.SIGN, x))
         return negative, self._make(Op.MUL, outside, self._make(Op.SUB, x, shift))
 
+    def _clip(self, operands: list[_Signed]) -> _Signed:
+        """max(low, min(x, high))."""
+        x, low, high = (self._plain(operand) for operand in operands)
+        return False, self._make(Op.MAX, self._make(Op.MIN, x, high), low)
+
+    def _quantum(self, operands: list[_Signed]) -> _Signed:
+        """q floor(x / q + 1/2)."""
+        x, q = (self._plain(operand) for operand in operands)
+        count = self._make(Op.ADD, self._make(Op.DIV, x, q), self.builder.constant(0.5))
+        return False, self._make(Op.MUL, q, self._make(Op.FLOOR, count))
+
+    def _pushing(self, force: int, x: int, s: int) -> int:
+        """1 - step(s) step(force x)."""
+        pulls = self._make(Op.MUL, self._make(Op.STEP, s), self._make(Op.STEP, self._make(Op.MUL, force, x)))
+        return self._make(Op.SUB, self.builder.constant(1.0), pulls)
+
     def _call(self, expression: sympy.Basic, operands: list[_Signed]) -> _Signed:
         op = _FUNCTIONS.get(type(expression))
         if isinstance(expression, sympy.atan):  # SymPy makes it of an atan2 whose x is known to be positive
@@ -219,7 +242,7 @@ class _Lowering:
         negative, line = signed
         if not negative:
             return line
-        value = self.builder.value(line)
+        value = self.builder.values[line]
         return self.builder.constant(-value) if value is not None else self._make(Op.NEG, line)
 
     def _make(self, op: Op, *args: int) -> int:

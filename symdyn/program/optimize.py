@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 from symdyn.program import passes
 from symdyn.program.cost import Cost, count, weight
@@ -21,11 +23,9 @@ DEFAULT: tuple[Pass, ...] = (
     passes.drop_dead,
 )
 # Jacobians of this many lines come from a program whose factors and angles were found already: there
-# the other passes, and a second round, earned less than 0.1 %.
+# the other passes, and a second round, earned less than 0.1 %. Sharing collects terms on its way.
 _LARGE = 2000
 FOR_LARGE: tuple[Pass, ...] = (
-    passes.fold_constants,
-    passes.collect_terms,
     passes.share_subexpressions,
     passes.divide_to_reciprocal,
     passes.drop_dead,
@@ -36,11 +36,15 @@ _WORTHWHILE = 0.005  # another round follows one that lowered the weight by this
 
 @dataclass(frozen=True, slots=True)
 class CostRow:
-    """The cost of a program after one pass; ``round`` counts from 1, and is 0 for the input."""
+    """The cost of a program after one pass; ``round`` counts from 1, and is 0 for the input.
+
+    ``seconds`` of processor time is what the pass took: of no account in comparisons, and in no generated file.
+    """
 
     pass_name: str
     round: int
     cost: Cost
+    seconds: float = field(default=0.0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +60,8 @@ def optimize(program: Program, passes: Sequence[Pass] | None = None) -> Optimize
 
     ``passes``: DEFAULT, or where the program is large FOR_LARGE, and once.
 
-    The cost table has a row for the input, for every pass of the first round, and for the passes of
-    later rounds that changed a count. The weight never rises from one row to the next.
+    The cost table has a row for the input and for every pass of every round. The weight never rises
+    from one row to the next.
     """
     rows = [CostRow("input", 0, count(program))]
     large = len(program.nodes) > _LARGE
@@ -66,10 +70,16 @@ def optimize(program: Program, passes: Sequence[Pass] | None = None) -> Optimize
     for turn in range(1, 2 if large else _ROUNDS + 1):
         before = weight(program)
         for step in passes:
+            start = time.process_time()
             program = step(program)
-            row = CostRow(step.__name__, turn, count(program))
-            if turn == 1 or row.cost != rows[-1].cost:
-                rows.append(row)
-        if weight(program) > before * (1.0 - _WORTHWHILE):
+            seconds = time.process_time() - start
+            rows.append(CostRow(step.__name__, turn, count(program), seconds))
+        if weight(program) >= before * (1.0 - _WORTHWHILE):
             break
     return Optimized(program, tuple(rows))
+
+
+def notable(rows: Sequence[CostRow]) -> tuple[CostRow, ...]:
+    """A cost table without the passes of later rounds that changed no count."""
+    kept = [row for before, row in pairwise(rows) if row.round == 1 or row.cost != before.cost]
+    return (*rows[:1], *kept)

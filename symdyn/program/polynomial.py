@@ -6,55 +6,57 @@ coefficients, a ``Product`` a multiset of factors, and a change of sign is a coe
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from symdyn.program.ssa import Argument, Op
 
 Term = tuple[float, int]  # coefficient, node
 
 
-@dataclass(frozen=True, slots=True)
-class Sum:
+class Sum(NamedTuple):
     """``constant + sum(coefficient * node)``; each node once, in ascending order."""
 
     constant: float
     terms: tuple[Term, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Product:
+class Product(NamedTuple):
     """The product of the factors, in ascending order; a repeated factor is a power."""
 
     factors: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+class Call(NamedTuple):
     """Any other operation."""
 
     op: Op
     args: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Input:
+class Input(NamedTuple):
     name: str
 
 
-Element = Sum | Product | Call | Input
+Element = Sum | Product | Call | Input  # no two kinds are ever equal as tuples: their entries differ in type
 
 
 def operands(element: Element) -> tuple[int, ...]:
     """The nodes that an element is made from."""
-    match element:
-        case Sum(terms=terms):
-            return tuple(node for _, node in terms)
-        case Product(factors=factors):
-            return factors
-        case Call(args=args):
-            return args
-    return ()
+    if isinstance(element, Product):
+        return element.factors
+    if isinstance(element, Sum):
+        return tuple([node for _, node in element.terms])
+    return element.args if isinstance(element, Call) else ()
+
+
+def collect(terms: Iterable[Term]) -> tuple[Term, ...]:
+    """Like terms added up, in ascending order of nodes; those with coefficient 0 are gone."""
+    collected: dict[int, float] = {}
+    for coefficient, node in terms:
+        collected[node] = collected.get(node, 0.0) + coefficient
+    return tuple([(c, node) for node, c in sorted(collected.items()) if c])
 
 
 class Polynomials:
@@ -65,6 +67,13 @@ class Polynomials:
         self.labels: list[str | None] = []
         self.origins: list[str] = []
         self._known: dict[Element, int] = {}
+
+    def copy(self) -> Polynomials:
+        """The same elements; what is done to one of the two leaves the other as it is."""
+        twin = Polynomials()
+        twin.elements, twin.labels = self.elements.copy(), self.labels.copy()
+        twin.origins, twin._known = self.origins.copy(), self._known.copy()
+        return twin
 
     def add(self, element: Element, origin: str = "") -> int:
         """The number of the element, made if it is new."""
@@ -78,10 +87,7 @@ class Polynomials:
 
     def sum(self, constant: float, terms: Sequence[Term], origin: str = "") -> int:
         """A sum with like terms collected; one with a single plain term is that term."""
-        collected: dict[int, float] = {}
-        for coefficient, node in terms:
-            collected[node] = collected.get(node, 0.0) + coefficient
-        kept = tuple((c, node) for node, c in sorted(collected.items()) if c != 0.0)
+        kept = collect(terms)
         if constant == 0.0 and len(kept) == 1 and kept[0][0] == 1.0:
             return kept[0][1]
         return self.add(Sum(constant + 0.0, kept), origin)
@@ -91,7 +97,7 @@ class Polynomials:
         if coefficient == 0.0 or not factors:
             return self.sum(coefficient, (), origin)
         node = factors[0] if len(factors) == 1 else self.add(Product(tuple(sorted(factors))), origin)
-        return self.sum(0.0, [(coefficient, node)], origin)
+        return node if coefficient == 1.0 else self.add(Sum(0.0, ((coefficient, node),)), origin)
 
     def replace(self, node: int, element: Element) -> None:
         """Give a node another form of the same value; its users stay."""
@@ -102,25 +108,22 @@ class Polynomials:
     def single_term(self, node: int) -> Term | None:
         """(c, x) where the node is the sum of that one term and no constant."""
         element = self.elements[node]
-        if isinstance(element, Sum) and element.constant == 0.0 and len(element.terms) == 1:
+        if isinstance(element, Sum) and len(element.terms) == 1 and element.constant == 0.0:
             return element.terms[0]
         return None
 
     def uses(self, outputs: Sequence[int]) -> list[int]:
         """How often each node is used by nodes that the outputs need, and by the outputs; 0 if dead."""
-        uses = [0] * len(self.elements)
-        stack = list(outputs)
+        elements = self.elements
+        uses = [0] * len(elements)
         for output in outputs:
             uses[output] += 1
-        visited = [False] * len(self.elements)
+        stack = list(dict.fromkeys(outputs))
         while stack:
-            node = stack.pop()
-            if visited[node]:
-                continue
-            visited[node] = True
-            for operand in dict.fromkeys(operands(self.elements[node])):
+            for operand in set(operands(elements[stack.pop()])):
+                if not uses[operand]:
+                    stack.append(operand)
                 uses[operand] += 1
-                stack.append(operand)
         return uses
 
 

@@ -21,6 +21,9 @@ def to_program(view: PolynomialProgram) -> Program:
     return work.builder.program(view.name, view.arguments, outputs, view.shape)
 
 
+_ADD, _SUB, _MUL = Op.ADD, Op.SUB, Op.MUL
+
+
 class _Writer:
     def __init__(self, view: PolynomialProgram) -> None:
         self.builder = Builder()
@@ -30,21 +33,24 @@ class _Writer:
         self._origin = ""
 
     def write(self, root: int) -> None:
+        line, graph = self.line, self._graph
         stack = [root]
         while stack:
             node = stack[-1]
-            if node in self.line:
+            if node in line:
                 stack.pop()
                 continue
-            element = self._negated(node) or self._graph.elements[node]
-            waiting = [operand for operand in operands(element) if operand not in self.line]
+            element = self._negated(node) or graph.elements[node]
+            waiting = [operand for operand in operands(element) if operand not in line]
             if waiting:
-                stack.extend(reversed(waiting))
+                waiting.reverse()
+                stack += waiting
                 continue
-            self._origin = self._graph.origins[node]
-            self.line[node] = self._lines(element)
-            if not isinstance(element, Input):
-                self.builder.label(self.line[node], self._graph.labels[node])
+            self._origin = graph.origins[node]
+            line[node] = self._lines(element)
+            label = graph.labels[node]
+            if label is not None and not isinstance(element, Input):
+                self.builder.label(line[node], label)
 
     def _negated(self, node: int) -> Element | None:
         """Where the node is -x and x has no other user: a form of -x that needs no change of sign."""
@@ -81,15 +87,15 @@ class _Writer:
         return turned
 
     def _lines(self, element: Element) -> int:
-        match element:
-            case Input(name=name):
-                return self.builder.input(name)
-            case Sum():
-                return self._sum(element)
-            case Product(factors=factors):
-                return self._powers(Counter(self.line[factor] for factor in factors))
-            case Call(op=op, args=args):
-                return self._make(op, *(self.line[argument] for argument in args))
+        line = self.line
+        if isinstance(element, Product):
+            lines = [line[factor] for factor in element.factors]
+            return self._chain(lines) if len(set(lines)) == len(lines) else self._powers(Counter(lines))
+        if isinstance(element, Sum):
+            return self._sum(element)
+        if isinstance(element, Call):
+            return fold(self.builder, element.op, tuple([line[argument] for argument in element.args]), self._origin)
+        return self.builder.input(element.name)
 
     def _sum(self, element: Sum) -> int:
         """A chain that starts with a positive term, so that the other signs are subtractions."""
@@ -109,7 +115,8 @@ class _Writer:
             coefficient, node = terms.pop(start)
             total = self._scaled(coefficient, node)
         for coefficient, node in terms:
-            total = self._make(Op.ADD if coefficient > 0.0 else Op.SUB, total, self._scaled(abs(coefficient), node))
+            op = _ADD if coefficient > 0.0 else _SUB
+            total = fold(self.builder, op, (total, self._scaled(abs(coefficient), node)), self._origin)
         if constant != 0.0:
             total = self._make(Op.ADD if constant > 0.0 else Op.SUB, total, self.builder.constant(abs(constant)))
         return total
@@ -133,7 +140,7 @@ class _Writer:
     def _chain(self, factors: Sequence[int]) -> int:
         result = factors[0]
         for factor in factors[1:]:
-            result = self._make(Op.MUL, result, factor)
+            result = fold(self.builder, _MUL, (result, factor), self._origin)
         return result
 
     def _make(self, op: Op, *args: int) -> int:

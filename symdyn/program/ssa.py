@@ -35,6 +35,7 @@ class Op(StrEnum):
     MAX = "max"
     ATAN2 = "atan2"
     STEP = "step"
+    FLOOR = "floor"
 
 
 NULLARY = frozenset({Op.CONST, Op.INPUT})
@@ -45,6 +46,9 @@ COMMUTATIVE = frozenset({Op.ADD, Op.MUL, Op.MIN, Op.MAX})
 def arity(op: Op) -> int:
     """How many arguments the operation takes."""
     return 0 if op in NULLARY else 2 if op in BINARY else 1
+
+
+_ARITY = {op: arity(op) for op in Op}
 
 
 class Node(NamedTuple):
@@ -91,16 +95,23 @@ class Program:
 def check(program: Program) -> None:
     """Raise ProgramError (SD813) unless the program is well formed and safe to print as code."""
     names = [program.name, *(argument.name for argument in program.arguments)]
-    labels = [node.name for node in program.nodes if node.op is not Op.INPUT and node.name is not None]
+    input_ = Op.INPUT
+    named = [node for node in program.nodes if node.name is not None]
+    labels = [str(node.name) for node in named if node.op is not input_]
     for name in (*names, *program.symbols, *labels):
         if not (name.isidentifier() and name.isascii()) or keyword.iskeyword(name):
             raise _malformed(program, f"{name!r} is not an identifier")
     _unique(program, names[1:], "argument")
     _unique(program, [*program.symbols, *labels], "symbol or label")
-    _unique(program, [str(node.name) for node in program.nodes if node.op is Op.INPUT], "input line")
+    _unique(program, [str(node.name) for node in named if node.op is input_], "input line")
     inputs = frozenset(program.symbols)
-    for index, node in enumerate(program.nodes):
-        _check_node(program, index, node, inputs)
+    for index, (op, args, value, _, _) in enumerate(program.nodes):
+        # What is right at a glance needs no closer look: every pass makes a program.
+        if not args or value is not None or len(args) != _ARITY[op] or not -1 < args[0] < index > args[-1] > -1:
+            _check_node(program, index, program.nodes[index], inputs)
+    if not "".join({node.origin for node in program.nodes}).isprintable():  # they are printed in comments of one line
+        index = next(i for i, node in enumerate(program.nodes) if not node.origin.isprintable())
+        raise _malformed(program, f"line {index}: the origin holds a line break or a control character")
     if any(not 0 <= output < len(program.nodes) for output in program.outputs):
         raise _malformed(program, "an output names a line that does not exist")
     if any(extent < 0 for extent in program.shape) or math.prod(program.shape) != len(program.outputs):
@@ -118,8 +129,6 @@ def _check_node(program: Program, index: int, node: Node, inputs: frozenset[str]
         raise _malformed(program, f"line {index}: the constant is not finite")
     if node.op is Op.INPUT and node.name not in inputs:
         raise _malformed(program, f"line {index}: input {node.name!r} belongs to no argument")
-    if not node.origin.isprintable():  # it is printed in a comment of one line
-        raise _malformed(program, f"line {index}: the origin holds a line break or a control character")
 
 
 def _unique(program: Program, names: list[str], what: str) -> None:

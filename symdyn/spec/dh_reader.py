@@ -72,7 +72,7 @@ def _read_constant(value: Scalar, column: str, path: KeyPath, joint: str, number
     slot = Slot(path, (joint,), f"dh_{column}", "rad" if is_angle else "m", _SYMBOLS[column], f"DH {column} of {joint}")
     if not is_angle:
         return numbers.read(constant, slot)
-    angle = numbers.read_angle(constant, slot)
+    angle = numbers.read_plain(constant, slot)
     radians = numbers.value(angle)
     if radians is not None and abs(radians) > 2 * math.pi:
         numbers.findings.warning(

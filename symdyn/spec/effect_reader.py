@@ -10,6 +10,7 @@ from symdyn.spec.numbers import NumberReader
 from symdyn.spec.records import EffectSpec, Monomial, Place
 from symdyn.spec.schema import EffectTable, Scalar
 from symdyn.spec.slots import effect_slot
+from symdyn.spec.structure import check_count, check_zero
 from symdyn.spec.toml_positions import KeyPath
 
 
@@ -89,9 +90,9 @@ def _read_parameter(
     key_path = (*path, parameter.name)
     unit = parameter.units[place.motion]
     slot = effect_slot(path, parameter, schema, place)
+    if value is None and parameter.default is not None:
+        value = parameter.default
     if value is None:
-        if parameter.default is not None:
-            return numbers.literal(parameter.default, slot)
         numbers.findings.error(
             key_path,
             "SD107",
@@ -99,10 +100,17 @@ def _read_parameter(
             f"{parameter.meaning}, in {unit}",
         )
         return None
-    monomial = numbers.read(value, slot, keep_zero=True)
+    if parameter.is_count:
+        monomial = numbers.read_plain(value, slot)
+    else:
+        monomial = numbers.read(value, slot, keep_zero=not parameter.zero_is_structural)
     known = numbers.value(monomial)
     if known is not None and not numbers.findings.is_blamed(key_path):
         _check_bounds(parameter, known, unit, key_path, numbers)
+        if parameter.is_count:
+            check_count(parameter.name, monomial, known, key_path, numbers.findings)
+        if parameter.zero_is_structural:
+            check_zero(parameter.name, monomial, known, key_path, numbers.findings)
     return monomial
 
 

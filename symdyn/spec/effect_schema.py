@@ -29,6 +29,8 @@ class ParameterSchema:
     lower: float | None = None
     upper: float | None = None
     default: float | None = None  # None: must be given in a file
+    zero_is_structural: bool = False  # a zero removes a state: it is no parameter, and no parameter may become zero
+    is_count: bool = False  # a whole number that decides the structure, and is no parameter either
     scan: Scan = Scan.NONE
 
 

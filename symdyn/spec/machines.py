@@ -14,12 +14,17 @@ def machine_names() -> tuple[str, ...]:
 
 
 def machine_file(model: str | Path) -> Path:
-    """A path as it is; a bare name that is no file means a bundled machine. Raises InputError (SD003) if neither."""
+    """A path as it is; a bare name that is no file means a bundled machine. Raises InputError (SD003) if neither.
+
+    A folder does not hide the machine of its name: ``generate`` makes such folders.
+    """
     path = Path(model)
-    if path.exists() or path.suffix or len(path.parts) > 1:
+    if path.is_file() or path.suffix or len(path.parts) > 1:
         return path
     bundled = FOLDER / f"{model}.toml"
     if not bundled.is_file():
+        if path.exists():
+            return path
         names = ", ".join(machine_names())
         raise InputError(
             Problem(

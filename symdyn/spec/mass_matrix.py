@@ -1,8 +1,9 @@
-"""The mass matrix of a robot's links as numbers, by Jacobians: enough to see whether it is singular."""
+"""The mass matrix of a robot's links as numbers, by Jacobians: enough to see whether it is positive definite."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +17,19 @@ Values = Mapping[str, float | None]
 _TINY = 1e-12  # of the largest; below, an inertia is rounding
 _DEPENDENT = 1e-10  # of the scaled matrix, the smallest eigenvalue of a singular one
 _POSES = 3
+_POSITION = ("com_x", "com_y", "com_z")
 
 
-def singular_joint(robot: Robot) -> int | None:
-    """The joint about which the robot has no inertia in any pose, None where there is none or numbers are free.
+@dataclass(frozen=True, slots=True)
+class Deficiency:
+    """A joint about which there is no inertia, or a negative one."""
+
+    joint: int
+    is_negative: bool
+
+
+def deficient_joint(robot: Robot) -> Deficiency | None:
+    """Where the mass matrix is not positive definite in any pose, None where it is in one or numbers are free.
 
     The links' inertia and the rotors fixed to a joint count, and effects that add inertia there.
     """
@@ -34,7 +44,7 @@ def singular_joint(robot: Robot) -> int | None:
 
 
 def mass_matrix(robot: Robot, q: Array, values: Values) -> Array:
-    """(n, n) of the links and the tool, without drives."""
+    """(n, n) of the links, what they carry, and the tool, without drives."""
     n = len(robot.joints)
     total = np.zeros((n, n))
     spins, slides, arms = np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n))
@@ -46,7 +56,7 @@ def mass_matrix(robot: Robot, q: Array, values: Values) -> Array:
         turns = joint.kind is JointKind.REVOLUTE
         (spins if turns else slides)[:, i] = axis_frame[:3, 2]
         arms[:, i] = axis_frame[:3, 3]
-        bodies = [(joint.link, frame)]
+        bodies = [(joint.link, frame), *((link, frame) for link in _carried(robot, joint))]
         if robot.tool is not None and i == n - 1:
             bodies.append((robot.tool.link, frame @ _placed(robot.tool.placement, values)))
         for link, at in bodies:
@@ -66,15 +76,17 @@ def _of_body(link: Link, frame: Array, spins: Array, slides: Array, arms: Array,
     return result
 
 
-def _deficient(matrix: Array) -> int | None:
-    """The coordinate that a singular matrix is singular about."""
+def _deficient(matrix: Array) -> Deficiency | None:
+    """The coordinate that the matrix fails to be positive definite about."""
     scale = np.abs(np.diag(matrix))
     if not np.isfinite(matrix).all():
         return None
     if scale.min() <= _TINY * scale.max():
-        return int(scale.argmin())
+        return Deficiency(int(scale.argmin()), False)
     eigenvalues, vectors = np.linalg.eigh(matrix / np.sqrt(np.outer(scale, scale)))
-    return int(np.abs(vectors[:, 0]).argmax()) if abs(eigenvalues[0]) < _DEPENDENT else None
+    if eigenvalues[0] >= _DEPENDENT:
+        return None
+    return Deficiency(int(np.abs(vectors[:, 0]).argmax()), bool(eigenvalues[0] <= -_DEPENDENT))
 
 
 def _steps(joint: Joint, convention: Convention, q: float, values: Values) -> tuple[Array, Array]:
@@ -116,6 +128,15 @@ def _added(robot: Robot, joint: Joint, values: Values) -> float:
         ratio = _number(joint.drive.ratio, values)
         total += ratio**2 * sum(_number(r.inertia, values) for r in joint.drive.rotors if r.fixed_to_joint)
     return total
+
+
+def _carried(robot: Robot, joint: Joint) -> Iterator[Link]:
+    """The point masses that effects put on the link: those with a mass and its position."""
+    for declared in robot.effects:
+        given = dict(declared.values)
+        if declared.at == joint.name and {"mass", *_POSITION} <= given.keys():
+            x, y, z = (given[name] for name in _POSITION)
+            yield Link(given["mass"], (x, y, z))
 
 
 def _number(monomial: Monomial, values: Values) -> float:

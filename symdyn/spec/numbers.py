@@ -61,8 +61,8 @@ class NumberReader:
             return ZERO
         return self.literal(quantity, slot)
 
-    def read_angle(self, value: Scalar, slot: Slot) -> Monomial:
-        """As ``read``, for an angle of the geometry: a literal stays a plain number in radians."""
+    def read_plain(self, value: Scalar, slot: Slot) -> Monomial:
+        """As ``read``, for an angle of the geometry or a count: a literal stays a plain number in SI units."""
         quantity = self._finite(value, slot)
         if isinstance(quantity, Monomial):
             return quantity

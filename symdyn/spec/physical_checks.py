@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from symdyn.base.wording import quoted
 from symdyn.spec.findings import Findings
-from symdyn.spec.mass_matrix import singular_joint
+from symdyn.spec.mass_matrix import deficient_joint
 from symdyn.spec.monomials import value_of
 from symdyn.spec.number_paths import number_paths
 from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot
+from symdyn.spec.structure import check_zero
 from symdyn.spec.toml_positions import KeyPath
 
 _NOT_NEGATIVE = frozenset({"mass", "inertia", "stiffness", "damping", "resistance", "inductance"})
@@ -47,17 +48,18 @@ def check_mass_matrix(robot: Robot, findings: Findings) -> None:
     """Refuse a robot that cannot be accelerated sensibly: SD214."""
     if findings.has_errors:  # what could not be read counts as zero
         return
-    i = singular_joint(robot)
-    if i is not None:
-        name = quoted(robot.joints[i].name)
-        is_empty = all(joint.link.mass.is_zero for joint in robot.joints)
-        hint = "no link of this robot has mass: is the file for display only?" if is_empty else ""
-        findings.error(
-            ("joint", i, "link"),
-            "SD214",
-            f"the mass matrix is singular about joint {name} in every pose: nothing there has inertia",
-            hint or f"give {name}, or a link behind it, mass and inertia, or a rotor that is fixed to the joint",
-        )
+    found = deficient_joint(robot)
+    if found is None:
+        return
+    name = quoted(robot.joints[found.joint].name)
+    message = f"the mass matrix is singular about joint {name} in every pose: nothing there has inertia"
+    hint = f"give {name}, or a link behind it, mass and inertia, or a rotor that is fixed to the joint"
+    if found.is_negative:
+        message = f"the mass matrix is negative about joint {name} in every pose: it would move against every push"
+        hint = f"look at the inertia of {name} and of the links behind it: a principal moment is negative"
+    elif all(joint.link.mass.is_zero for joint in robot.joints):
+        hint = "no link of this robot has mass: is the file for display only?"
+    findings.error(("joint", found.joint, "link"), "SD214", message, hint)
 
 
 def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, findings: Findings) -> None:
@@ -66,7 +68,7 @@ def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, finding
         return
     doubt = doubtful_moments(tensor, name)
     if doubt is not None and doubt[0] == "SD212":
-        findings.error(path, *doubt)
+        findings.warning(path, *doubt)
         return
     written = sum(not entry.is_zero for entry in link.inertia[:3])
     if link.about is InertiaAbout.JOINT and written == 3:
@@ -89,7 +91,11 @@ def _check_inertia(link: Link, name: str, path: KeyPath, values: Values, finding
 
 
 def doubtful_moments(tensor: Tensor, name: str) -> tuple[str, str, str] | None:
-    """(code, message, hint) for a tensor that no body has: SD212 a negative moment, SD211 one too large."""
+    """(code, message, hint) for a tensor that no body has: SD212 a negative moment, SD211 one too large.
+
+    Both are warnings, in files of every kind: published tables, public URDFs and fitted values have such tensors, and
+    equations hold for them. What makes the mass matrix negative is refused (SD214).
+    """
     small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(tensor))
     if small < -_ROUNDING * max(abs(small), abs(large)):
         return (
@@ -143,6 +149,12 @@ def _check_ratio(ratio: Monomial, path: KeyPath, values: Values, findings: Findi
 
 
 def _check_motor(motor: Motor, path: KeyPath, values: Values, findings: Findings) -> None:
+    inductance = value_of(motor.inductance, values)
+    check_zero("inductance", motor.inductance, inductance, (*path, "inductance"), findings)
+    if motor.inductance.is_zero and value_of(motor.resistance, values) == 0:
+        findings.error(
+            (*path, "resistance"), "SD203", "a circuit needs a resistance or an inductance", "both of this motor are 0"
+        )
     torque, back_emf = (value_of(constant, values) for constant in (motor.torque_constant, motor.back_emf_constant))
     if torque is None or back_emf is None or not torque or not back_emf:
         return

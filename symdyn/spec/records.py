@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
+from html import escape
 
 from symdyn.base.errors import Where
 
@@ -200,6 +201,7 @@ class Joint:
     actuator: Actuator | None = None
     limits: Limits | None = None
     description: str = ""
+    passive: bool = False  # nothing drives it: a bending link, a swing
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,7 +278,17 @@ class Robot:
     effects: tuple[EffectSpec, ...]
     parameters: tuple[Parameter, ...]
     channels: ChannelMap | None = None
-    text: str = ""  # the TOML it was read from: a diagnosis edits this, comments kept
+    text: str = field(default="", repr=False)  # the TOML it was read from: a diagnosis edits this, comments kept
     where: Where | None = None
     base: Placement | None = None
     tool: Tool | None = None
+
+    def _repr_markdown_(self) -> str:
+        """What a notebook shows: the joints in a table."""
+        rows = [
+            f"| {joint.name} | {joint.kind} | {'yes' if joint.drive else 'no'} | "
+            f"{', '.join(e.type for e in self.effects if e.at.partition('.')[0] == joint.name)} |"
+            for joint in self.joints
+        ]
+        head = ["| joint | kind | drive | effects |", "| --- | --- | --- | --- |"]
+        return "\n".join([f"**{self.name}**: {escape(self.description)}", "", *head, *rows, ""])

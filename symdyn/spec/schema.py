@@ -150,7 +150,7 @@ class MotorTable(_Table):
     name: Text
     at: Text
     resistance: Number
-    inductance: Number
+    inductance: Number = 0  # neglected: the current is no state
     torque_constant: Number
     back_emf_constant: Number
 
@@ -182,6 +182,7 @@ class JointTable(_Table):
     drive: DriveTable | None = None
     actuator: ActuatorTable | None = None
     limits: LimitsTable | None = None
+    passive: bool = False
 
 
 class EffectTable(_Table):

@@ -110,6 +110,9 @@ def _read_tool(table: ToolTable, numbers: NumberReader) -> Tool:
 
 def _read_joint(table: JointTable, path: KeyPath, name: str, frame: JointFrame, numbers: NumberReader) -> Joint:
     context = JointContext(path, name, motion_of(frame.kind), numbers)
+    if table.passive and (table.actuator is not None or (table.drive is not None and table.drive.motor is not None)):
+        message = f"{quoted(table.name)} is passive, but has something that drives it"
+        numbers.findings.error((*path, "passive"), "SD111", message, "leave out `passive`, or the motor or actuator")
     return Joint(
         table.name,
         frame.kind,
@@ -119,6 +122,7 @@ def _read_joint(table: JointTable, path: KeyPath, name: str, frame: JointFrame, 
         read_actuator(table.actuator, context) if table.actuator is not None else None,
         read_limits(table.limits, context) if table.limits is not None else None,
         table.description,
+        table.passive,
     )
 
 

@@ -115,6 +115,8 @@ class _Writer:
                 if joint.kind is JointKind.PRISMATIC:
                     lines.append(f'kind = "{joint.kind}"')
                 lines.append(f"placement = {self._placement(joint.placement, joint.name)}")
+            if joint.passive:
+                lines.append("passive = true")
             parts = self._link(joint.link, joint.name)
             if parts:
                 lines.append(f"link = {{ {', '.join(parts)} }}")

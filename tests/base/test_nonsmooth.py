@@ -7,7 +7,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symdyn.base.nonsmooth import absorb, deadzone, is_smooth, outside, sign_of, step
+from symdyn.base.nonsmooth import absorb, clip, deadzone, is_smooth, outside, quantise, sign_of, step
 
 x, v, k, d = sympy.symbols("x v k d", real=True)
 s = sympy.Symbol("S", real=True)
@@ -23,6 +23,26 @@ def test_values_are_exact(u: sympy.Rational, w: sympy.Rational) -> None:
     assert step(u) == int(bool(u > 0))
     assert outside(u, w) == int(bool(abs(u) > w or w == 0))
     assert deadzone(u, w) == (u - w if u > w else u + w if u < -w else 0)
+    assert clip(u, -w, w) == max(-w, min(u, w))
+    assert clip(u, -w, 2) == max(-w, min(u, sympy.Integer(2)))
+    if w:
+        assert quantise(u, w) % w == 0
+        assert -w / 2 < quantise(u, w) - u <= w / 2
+    else:
+        assert quantise(u, w) == u
+
+
+def test_what_holds_nothing_back_is_the_argument_itself() -> None:
+    assert clip(x, -sympy.oo, sympy.oo) == x
+    assert quantise(x, 0) == x
+    assert quantise(0, s) == 0
+
+
+def test_bounds_and_quanta_have_a_sense() -> None:
+    with pytest.raises(ValueError, match="wrong way round"):
+        clip(x, 1, -1)
+    with pytest.raises(ValueError, match="cannot be negative"):
+        quantise(x, -1)
 
 
 def test_symmetry() -> None:
@@ -50,6 +70,9 @@ def test_derivatives() -> None:
     assert sympy.diff(outside(x, s), x) == sympy.diff(outside(x, s), s) == 0
     assert sympy.diff(deadzone(2 * x, s), x) == 2 * outside(2 * x, s)
     assert sympy.diff(deadzone(x, s), s) == -sign_of(x) * outside(x, s)
+    assert sympy.diff(clip(2 * x, -s, s), x) == 2 * step(2 * x + s) * step(s - 2 * x)
+    assert sympy.diff(quantise(x, s), x) == 0
+    assert sympy.diff(quantise(x, s), s) == quantise(x, s) / s
 
 
 @pytest.mark.parametrize("u", [sympy.Rational(3, 2), sympy.Rational(-3, 2), sympy.Rational(1, 4)])
@@ -58,18 +81,30 @@ def test_derivatives_agree_with_differences(u: sympy.Rational) -> None:
     at = {x: u, s: w}
     assert sympy.diff(deadzone(x, s), x).subs(at) == (deadzone(u + h, w) - deadzone(u - h, w)) / (2 * h)
     assert sympy.diff(deadzone(x, s), s).subs(at) == (deadzone(u, w + h) - deadzone(u, w - h)) / (2 * h)
+    for variable, later, earlier in (
+        (x, clip(u + h, -w, w), clip(u - h, -w, w)),
+        (s, clip(u, -w - h, w + h), clip(u, h - w, w - h)),
+    ):
+        assert sympy.diff(clip(x, -s, s), variable).subs(at) == (later - earlier) / (2 * h)
+    q = sympy.Rational(2, 5)
+    slope = (quantise(u, q + h) - quantise(u, q - h)) / (2 * h)
+    assert sympy.diff(quantise(x, s), s).subs({x: u, s: q}) == slope
 
 
 def test_latex() -> None:
     assert sympy.latex(sign_of(v)) == r"\operatorname{sign}\left(v\right)"
     assert sympy.latex(sign_of(v) ** 2) == r"\operatorname{sign}^{2}\left(v\right)"
     assert sympy.latex(deadzone(x, s)) == r"\operatorname{dz}_{S}\left(x\right)"
+    assert sympy.latex(clip(x, -s, s)) == r"\operatorname{clip}_{- S}^{S}\left(x\right)"
+    assert sympy.latex(clip(x, -s, s) ** 2) == r"\left(\operatorname{clip}_{- S}^{S}\left(x\right)\right)^{2}"
+    assert sympy.latex(quantise(x, s)) == r"\operatorname{quant}_{S}\left(x\right)"
     assert sympy.latex(deadzone(x, s) ** 2) == r"\left(\operatorname{dz}_{S}\left(x\right)\right)^{2}"
 
 
 def test_smoothness() -> None:
     assert is_smooth(k * sympy.sin(x))
-    for kinked in (sign_of(v), step(x), deadzone(x, s), outside(x, s), sympy.Abs(x), sympy.sign(x), sympy.Max(x, v)):
+    own = (sign_of(v), step(x), deadzone(x, s), outside(x, s), clip(x, -s, s), quantise(x, s))
+    for kinked in (*own, sympy.Abs(x), sympy.sign(x), sympy.Max(x, v)):
         assert not is_smooth(k * kinked + x)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import product
 
 import pytest
 import sympy as sp
@@ -10,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mpmath import mpf, workdps
 
-from symdyn.base.nonsmooth import deadzone, outside, sign_of
+from symdyn.base.nonsmooth import deadzone, outside, pushing, sign_of
 from symdyn.base.symbols import parameter
 from symdyn.compiler import robot_from_text
 from symdyn.derive.coordinates import coordinates
@@ -190,16 +191,23 @@ def test_backlash_stands_between_all_that_a_shaft_transmits() -> None:
     slack = effect("backlash", "arm.belt", clearance="S")
     for order in ((friction, slack, elsewhere), (slack, elsewhere, friction)):
         at_motor, at_joint = residuals(driven(BELT, order))
-        through = c * deadzone(TWIST, S) + (d + F) * SLIP * outside(TWIST, S)
-        assert sp.expand(at_motor - (J_m * a1 - K_T * z1 - through)) == 0
-        assert sp.expand(at_joint - (I_zz * a2 + N * through + k * v2)) == 0
+        engaged = c * deadzone(TWIST, S) + (d + F) * SLIP * outside(TWIST, S)
+        through = engaged * pushing(-sp.expand(engaged, deep=False), deadzone(TWIST, S), S)
+        needed = J_m * a1 - K_T * z1, I_zz * a2 + k * v2
+        for numbers in product((-2, 2), (-1, 1), (-3, 0, 3), (-4, 0.2, 4)):
+            at = {c: 5, d: 0.3, F: 0.4, N: 2, S: 1.5, **dict(zip((q1, q2, v1, v2), numbers, strict=True))}
+            force = through.subs(at)
+            assert sp.expand((at_motor - needed[0]).subs(at) + force) == 0
+            assert sp.expand((at_joint - needed[1]).subs(at) - 2 * force) == 0
+            assert force == 0 or force * TWIST.subs(at) > 0  # it pushes the two apart
 
 
 @pytest.mark.parametrize("twist", [-7, -5, -4, 0, 4, 5, 7])
 def test_two_clearances_of_one_shaft_add_up(twist: int) -> None:
     both = driven(BELT, (effect("backlash", "arm.belt", clearance="S"), effect("backlash", "arm.belt", clearance="k")))
     at = {q1: -twist, q2: 0, S: 3, k: 2}
-    expected = c * deadzone(twist, 5) + d * SLIP * outside(twist, 5)
+    force = c * deadzone(twist, 5) + d * SLIP * outside(twist, 5)
+    expected = force * pushing(-force, deadzone(twist, 5), 5)
     assert sp.expand((residuals(both)[0] - J_m * a1 + K_T * z1).subs(at) + expected) == 0
 
 

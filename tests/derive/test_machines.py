@@ -23,7 +23,7 @@ MACHINES = ("manutec-r3", "panda", "puma560", "scara", "stanford", "ur10e")
 TOLERANCE = 1e-10
 
 
-def _with_numbers(item: Any, values: Mapping[str, float]) -> Any:
+def with_numbers(item: Any, values: Mapping[str, float]) -> Any:
     """A record with every parameter in it replaced by its value; exact where there is none."""
     if isinstance(item, Monomial):
         if not item.factors:
@@ -32,9 +32,9 @@ def _with_numbers(item: Any, values: Mapping[str, float]) -> Any:
             float(item.coefficient) * float(np.prod([values[name] ** power for name, power in item.factors]))
         )
     if isinstance(item, tuple):
-        return tuple(_with_numbers(element, values) for element in item)
+        return tuple(with_numbers(element, values) for element in item)
     if is_dataclass(item) and not isinstance(item, type):
-        return replace(item, **{f.name: _with_numbers(getattr(item, f.name), values) for f in fields(item)})
+        return replace(item, **{f.name: with_numbers(getattr(item, f.name), values) for f in fields(item)})
     return item
 
 
@@ -43,7 +43,7 @@ def machine(name: str) -> Robot:
     """The bundled robot, its parameters replaced by their numbers."""
     robot = load_robot(name)
     values = {p.name: p.value for p in robot.parameters if p.value is not None}
-    resolved: Robot = _with_numbers(robot, values)
+    resolved: Robot = with_numbers(robot, values)
     return replace(resolved, parameters=())
 
 

@@ -20,9 +20,11 @@ from symdyn.emit.kernel import Kernel
 from symdyn.emit.tables import name_tables
 from symdyn.program.evaluate import evaluate
 from symdyn.program.ssa import Program
+from tests.emit.c_batches import assert_batches
 from tests.emit.c_library import (
     SANITIZERS,
     STRICT,
+    ULPS,
     Array,
     Build,
     Library,
@@ -34,10 +36,6 @@ from tests.emit.c_library import (
 )
 from tests.emit.machines import MACHINES
 from tests.program.strategies import ARGUMENTS, POINTS, programs
-
-# Of the largest entry of a result. On x86-64 both are equal to the last bit: the same operations in the same
-# order, the same libm. Where compilers fuse multiplications and additions, 18 were seen.
-ULPS = 64
 
 
 def random_arguments(program: Program, p: Array, rng: np.random.Generator) -> list[Array]:
@@ -67,6 +65,7 @@ def test_functions_and_tables_are_those_of_the_kernel(
     assert len(of.forms) >= 26
     library = build(files_of(of))
     assert_same(library, interpreted(machine), of.forms)
+    assert_batches(library, of.forms, interpreted(machine).values)
     assert_same_tables(library, of, interpreted(machine))
 
 

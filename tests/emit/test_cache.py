@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
 from collections.abc import Callable
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +41,19 @@ def test_the_same_source_is_kept_once_and_another_apart(root: Path) -> None:
     other = load_source(SOURCE.replace("1", "2"))
     assert len(list(root.iterdir())) == 2
     assert (first.module.VALUE, other.module.VALUE) == (1, 2)
+
+
+def test_a_kernel_is_parsed_once(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even where Python is told to write no bytecode, as in many containers; what is altered is parsed again."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    load_source(SOURCE)
+    parsed: list[str] = []
+    with monkeypatch.context() as watched:
+        watched.setattr(SourceFileLoader, "source_to_code", lambda _, data, path: parsed.append(path))
+        assert load_source(SOURCE).module.VALUE == 1
+    assert parsed == []
+    (only(root) / "kernel.py").write_text(SOURCE.replace("1", "2"), encoding="utf-8")
+    assert load_source(SOURCE).module.VALUE == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes are those of POSIX")

@@ -73,6 +73,34 @@ def test_batches_refuse_another_shape(interpreted: Interpreted) -> None:
         interpreted(MACHINE).inverse_dynamics_batch_into(q, q, q, np.zeros((2, 2)))
 
 
+def test_batches_refuse_results_that_are_not_contiguous(interpreted: Interpreted) -> None:
+    q = np.zeros((3, 2))
+    with pytest.raises(ValueError, match="out must be contiguous"):
+        interpreted(MACHINE).inverse_dynamics_batch_into(q, q, q, np.zeros((3, 4))[:, ::2])
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 33, 71])
+def test_compiled_batches_write_their_rows_and_nothing_else(count: int, compiled: Callable[[str], Compiled]) -> None:
+    """Rows are stored eight at a time; functions with rows of different lengths share the code for it."""
+    kernel = compiled(MACHINE).kernel()
+    q, qd, qdd = arguments_of(compiled(MACHINE), "inverse_dynamics", count)
+    masses, efforts = np.full((count + 8, 2, 2), np.nan), np.full((count + 8, 2), np.nan)
+    kernel.mass_matrix_batch_into(q, masses[4:-4])
+    kernel.inverse_dynamics_batch_into(q, qd, qdd, efforts[4:-4])
+    for found in (masses, efforts):
+        assert np.isnan(found[:4]).all()
+        assert np.isnan(found[-4:]).all()
+    wanted = [kernel.inverse_dynamics(*rows) for rows in zip(q, qd, qdd, strict=True)]
+    np.testing.assert_allclose(efforts[4:-4], wanted, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(masses[4:-4], [kernel.mass_matrix(row) for row in q], rtol=1e-12)
+
+
+def test_batches_take_integers_and_strided_rows(compiled: Callable[[str], Compiled]) -> None:
+    kernel = compiled(MACHINE).kernel()
+    rows = np.arange(12).reshape(3, 4)
+    np.testing.assert_array_equal(kernel.gravity_batch(rows[:, ::2]), kernel.gravity_batch(rows[:, ::2] * 1.0))
+
+
 def test_compiled_ones(compiled: Callable[[str], Compiled], interpreted: Interpreted) -> None:
     kernel, name = compiled(MACHINE).kernel(), "inverse_dynamics"
     arguments = arguments_of(compiled(MACHINE), name, 33)

@@ -4,22 +4,49 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mpmath import mp
+from numba import njit
 
 from symdyn.compiler import compile_robot, load_robot
 
 Pair = Callable[[float], tuple[float, float]]
 
 
-@pytest.fixture(scope="module")
-def sincos() -> Pair:
-    pair: Pair = compile_robot(load_robot("two-link")).kernel().module._sincos
-    return pair
+@pytest.fixture(scope="module", params=["alone", "second of two", "third of eight", "ninth of ten"])
+def sincos(request: pytest.FixtureRequest) -> Pair:
+    """Of one angle by itself, and of one among others, which fill vectors of 2 and 8, or of 8 and 2."""
+    module = compile_robot(load_robot("two-link")).kernel().module
+    apart, together = module._apart, module._together
+
+    @njit
+    def alone(x: float) -> Any:
+        return apart((x,))
+
+    @njit
+    def of_two(x: float) -> Any:
+        return together((math.nan, x))[2:4]
+
+    @njit
+    def of_eight(x: float) -> Any:
+        return together((1.0, -2e6, x, math.inf, 0.0, 2.0, -3.0, 4.0))[4:6]
+
+    @njit
+    def of_ten(x: float) -> Any:
+        return together((1.0, -2e6, 1.5, math.inf, 0.0, 2.0, -3.0, 4.0, x, 5.0))[16:18]
+
+    forms: dict[str, Pair] = {
+        "alone": alone,
+        "second of two": of_two,
+        "third of eight": of_eight,
+        "ninth of ten": of_ten,
+    }
+    return forms[request.param]
 
 
 def exact(x: float) -> tuple[float, float]:

@@ -27,6 +27,7 @@ COMMANDS = (
     "derive",
     "base-parameters",
     "variants",
+    "cost",
     "generate",
     "latex",
     "convert",
@@ -110,6 +111,7 @@ def test_version() -> None:
         ("reduce", "two-link", "--to", "-1"),
         ("variants", "emps", "--states", "0"),
         ("variants", "emps", "--speed", "nan"),
+        ("cost", "emps", "--function", "inverse"),
     ],
     ids=" ".join,
 )
@@ -265,11 +267,14 @@ def test_effects_lists_the_catalogue() -> None:
     assert (done.code, done.err) == (0, "")
     rows = {row["effect"]: row for row in done.json()}
     assert list(rows) == list(catalogue())
-    keys = {"effect", "title", "at", "parameters", "signature", "rivals", "source"}
+    keys = {"effect", "title", "at", "parameters", "laws", "signature", "rivals", "source"}
     assert all(row.keys() == keys for row in rows.values())
     viscous = rows["viscous_friction"]
     assert viscous["at"] == ["inertia", "joint", "shaft"]
     assert viscous["parameters"] == {"coefficient": {"rotational": "N m s/rad", "translational": "N s/m"}}
+    assert viscous["laws"] == {"dissipation function": "coefficient*v**2/2"}
+    assert rows["dahl_friction"]["laws"]["d elastic_deflection / dt"].startswith("-elastic_deflection*stiffness*Abs(v)")
+    assert all(row["laws"] for row in rows.values())
     shown = run("effects")
     assert (shown.code, shown.err) == (0, "")
     assert all(row["signature"].split(" ")[0] in shown.out for row in rows.values())

@@ -50,7 +50,7 @@ BAD_MODELS = {
     "infinite": ("com = [-0.25", "com = [inf", "15:31", "SD201", "finite"),
     "negative mass": ('mass = "m_1"', "mass = -2", "15:17", "SD203", "must not be negative"),
     "negative parameter": ('m_1 = "2 kg"', 'm_1 = "-2 kg"', "15:17", "SD203", "mass is -2, must not be negative"),
-    "negative inertia": ("zz = 0.04", "zz = -0.04", "15:55", "SD212", "negative principal moment, -0.04 kg m^2"),
+    "negative inertia": ("zz = 0.04", "zz = -40", "15:8", "SD214", "mass matrix is negative about joint `shoulder`"),
     "joint's name is code": ('name = "shoulder"', f"name = '{CODE}'", "14:8", "SD101", "is not a name"),
     "robot's name is code": ('name = "arm"', f"name = '{CODE}'", "2:8", "SD101", "is not a robot's name"),
     "robot's name is a path": ('name = "arm"', 'name = "../../arm"', "2:8", "SD101", "is not a robot's name"),

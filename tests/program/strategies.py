@@ -17,7 +17,7 @@ POINTS = (
 )
 
 _PLAIN = (Op.ADD, Op.SUB, Op.MUL, Op.ADD, Op.SUB, Op.MUL, Op.NEG, Op.SIN, Op.COS)
-_BOUNDED = (Op.TANH, Op.ABS, Op.SIGN, Op.STEP, Op.MIN, Op.MAX)
+_BOUNDED = (Op.TANH, Op.ABS, Op.SIGN, Op.STEP, Op.MIN, Op.MAX, Op.FLOOR)
 
 
 def _grow(builder: Builder, draw: st.DrawFn, smooth: bool) -> None:

@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 import pytest
 
+from symdyn.program import folding
 from symdyn.program.builder import Builder
 from symdyn.program.cost import count
 from symdyn.program.evaluate import evaluate
 from symdyn.program.folding import fold
 from symdyn.program.passes import collect_terms, fold_constants
-from symdyn.program.ssa import Argument, Op, Program
+from symdyn.program.ssa import NULLARY, Argument, Op, Program, arity
 
 ARGUMENTS = (Argument("v", ("x", "y")),)
 POINTS = ((1.25, -0.375), (-2.5, 0.8125))
@@ -82,7 +83,7 @@ def test_each_rule(recipe: Recipe, lines: int) -> None:
 
 @pytest.mark.parametrize("op", [op for op in Op if op not in (Op.CONST, Op.INPUT)])
 def test_operations_on_numbers_fold(op: Op) -> None:
-    one = op in (Op.NEG, Op.SIN, Op.COS, Op.TAN, Op.TANH, Op.EXP, Op.LOG, Op.SQRT, Op.ABS, Op.SIGN, Op.STEP)
+    one = op in (Op.NEG, Op.SIN, Op.COS, Op.TAN, Op.TANH, Op.EXP, Op.LOG, Op.SQRT, Op.ABS, Op.SIGN, Op.STEP, Op.FLOOR)
     before = build(lambda f, x, y, c: f(op, c(0.75)) if one else f(op, c(0.75), c(-1.5)))
     after = fold_constants(before)
     assert [node.op for node in after.nodes] == [Op.CONST]
@@ -120,3 +121,29 @@ def test_folding_interns_what_no_rule_changes() -> None:
     builder = Builder()
     x, y = builder.input("x"), builder.input("y")
     assert fold(builder, Op.ADD, (x, y)) == builder.intern(Op.ADD, (y, x))
+
+
+def test_no_rule_applies_where_none_is_tried() -> None:
+    """Lines that ``fold`` makes without a look at the rules: the rules would have left them alone."""
+    for op in Op:
+        if op in NULLARY:
+            continue
+        for first in Op:
+            for second in Op:
+                b = Builder()
+                args = tuple(sample(b, kind, place) for place, kind in enumerate((first, second)[: arity(op)]))
+                tried = not folding.TRIGGERS[op].isdisjoint({b.ops[line] for line in args})
+                if not tried and len(set(args)) == len(args):
+                    assert folding._number(b, op, args) is None
+                    rule = folding._RULES.get(op)
+                    assert rule is None or rule(b, args, "") is None
+
+
+def sample(b: Builder, kind: Op, place: int) -> int:
+    """A line of that operation on inputs and numbers that the other argument uses as well."""
+    x, y = b.input("x"), b.input("y")
+    if kind is Op.CONST:
+        return b.constant(2.0 + place)
+    if kind is Op.INPUT:
+        return (x, y)[place]
+    return b.intern(kind, (x, y)[: arity(kind)] if place == 0 else (y, x)[: arity(kind)])

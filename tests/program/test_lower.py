@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symdyn
-from symdyn.base.nonsmooth import deadzone, outside, sign_of, step
+from symdyn.base.nonsmooth import clip, deadzone, outside, quantise, sign_of, step
 from symdyn.derive.steps import Step
 from symdyn.program.cost import Cost, count
 from symdyn.program.describe import describe
@@ -58,6 +58,8 @@ def _combine(inner: st.SearchStrategy[sympy.Expr]) -> st.SearchStrategy[sympy.Ex
         inner.map(lambda e: sympy.exp(sympy.sin(e))),
         inner.map(lambda e: deadzone(e, sympy.Rational(1, 5))),
         inner.map(lambda e: outside(e, sympy.Rational(1, 5))),
+        inner.map(lambda e: clip(e, sympy.Rational(-1, 5), sympy.Rational(2, 5))),
+        inner.map(lambda e: quantise(e, sympy.Rational(1, 7))),
         st.tuples(inner, positive).map(lambda pair: sympy.atan2(*pair)),
     )
 

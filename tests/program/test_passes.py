@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import mpmath
 import pytest
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from symdyn.program.cost import Cost, count, weight
 from symdyn.program.evaluate import evaluate
 from symdyn.program.lower import lower
-from symdyn.program.optimize import DEFAULT, Pass, optimize
+from symdyn.program.optimize import DEFAULT, Pass, notable, optimize
 from symdyn.program.passes import (
     collect_terms,
     divide_to_reciprocal,
@@ -64,6 +65,10 @@ def test_the_pipeline_keeps_the_value_and_its_table_adds_up(before: Program) -> 
     assert result.costs[0].cost == count(before)
     assert result.costs[-1].cost == count(result.program)
     assert [row.pass_name for row in result.costs if row.round == 1] == [step.__name__ for step in DEFAULT]
+    shown = notable(result.costs)
+    assert [row for row in shown if row.round < 2] == [row for row in result.costs if row.round < 2]
+    assert list(dict.fromkeys(row.cost for row in shown)) == list(dict.fromkeys(row.cost for row in result.costs))
+    assert all(row.round < 2 or row.cost != before.cost for before, row in pairwise(shown))
 
 
 @settings(deadline=None)

@@ -102,8 +102,7 @@ WRONG = [
     ("[joint.drive]", "actuator = { gain = 3 }\n[joint.drive]", "SD221", 21, 21, '"3 N m/V" or "3 N m/A"'),
     ("[joint.drive]", 'actuator = { gain = "3 N/V" }\n[joint.drive]', "SD221", 21, 21, "torque per voltage (N m/V)"),
     # inertia
-    (ZZ, "zz = -1", "SD212", 15, 51, "negative principal moment"),
-    (ZZ, "xx = 1, yy = 1, zz = 1, xy = 2", "SD212", 15, 51, "negative principal moment, -1"),
+    (ZZ, "zz = -90", "SD214", 15, 8, "negative about joint `shoulder` in every pose"),
     # effects
     ('type = "viscous_friction"', 'type = "viscus_friction"', "SD104", 28, 8, "did you mean `viscous_friction`?"),
     ('at = "elbow.motor"', 'at = "elbow.moter"', "SD104", 29, 6, "shoulder, elbow, elbow.motor, elbow.belt"),
@@ -149,6 +148,8 @@ DOUBTFUL = [
     ('["q", 0, "l_2"', '["q + 90", 0, "l_2"', "SD223", 11, 11, "more than a turn"),
     ("ratio = 100", "ratio = 0.01", "SD231", 22, 9, "turns faster than its motor"),
     ('back_emf_constant = "0.05 ', 'back_emf_constant = "0.5 ', "SD232", 25, 140, "90 % apart"),
+    (ZZ, "zz = -0.01", "SD212", 15, 51, "negative principal moment, -0.01"),
+    (ZZ, "xx = 1, yy = 1, zz = 1, xy = 2", "SD212", 15, 51, "negative principal moment, -1"),
     (ZZ, "xx = 1, yy = 1, zz = 3", "SD211", 15, 51, "1 + 1 < 3 kg m^2, by 33 %"),
     ('"com", zz = "0.08 kg m^2"', '"joint", xx = 1e-3, yy = 0.1, zz = 0.1', "SD213", 15, 51, "too far out"),
 ]

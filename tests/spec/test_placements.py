@@ -58,7 +58,7 @@ WRONG = [
     ("velocity = 2", "velocity = -2", "SD203", 9, "must not be negative"),
     ("effort = 40", 'effort = "40 N"', "SD221", 9, "expected torque"),
     ("mass = 0.5", "mass = -0.5", "SD203", 18, "must not be negative"),
-    ("mass = 0.5", "mass = 0.5\ninertia = { xx = -1 }", "SD212", 19, "negative principal moment"),
+    ("mass = 0.5", "mass = 0.5\ninertia = { xx = -9, yy = -9, zz = -9 }", "SD214", 10, "would move against every push"),
     ("[0.1, 0, 0] }\n[[joint]]", "[0, 0, 0] }\n[[joint]]", None, None, ""),
 ]
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from symdyn.base.errors import InputError, Problem
 from symdyn.spec import robot_reader
 from symdyn.spec.effect_schema import EffectSchema
+from symdyn.spec.toml_reader import text_with_warnings
 from symdyn.spec.urdf_chain import Chain
 from symdyn.spec.urdf_reader import read_urdf_text
 
@@ -223,3 +224,21 @@ def test_xacro_is_expanded_where_the_extra_is_there(tmp_path: Path, catalogue: C
     file.write_text(text.replace("${2*m}", "${2*n}"))
     with pytest.raises(InputError, match="SD405: xacro failed"):
         robot_reader.read_any(file, catalogue)
+
+
+def test_what_is_doubtful_in_a_urdf_is_as_doubtful_in_its_toml(catalogue: Catalogue) -> None:
+    """No body has these inertias; a robot that one file format may hold, the other may too."""
+    for old, new, code in (('ixx="0.02"', 'ixx="0.2"', "SD211"), ('ixy="0.001"', 'ixy="0.2"', "SD212")):
+        robot, (told,) = read_urdf_text(changed(old, new), "f", catalogue)
+        again, (same,) = text_with_warnings(robot.text, "f.toml", catalogue)
+        assert (told.code, same.code) == (code, code)
+        assert [j.name for j in again.joints] == [j.name for j in robot.joints]
+
+
+def test_a_negative_mass_matrix_is_refused(catalogue: Catalogue) -> None:
+    negative = changed(
+        '<inertia ixx="0.02" ixy="0.001" ixz="0" iyy="0.03"', '<inertia ixx="-9" ixy="0" ixz="0" iyy="-9"'
+    )
+    (problem,) = problems_of(negative, catalogue)
+    assert problem.code == "SD214"
+    assert "negative about joint" in problem.message

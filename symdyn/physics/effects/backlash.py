@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
+
+import sympy as sp
 
 from symdyn.base.nonsmooth import deadzone, outside
 from symdyn.physics.effect import DISPLACEMENT, Effect, Port, Values
@@ -12,7 +15,7 @@ from symdyn.spec.records import PlaceKind
 
 @final
 class Backlash(Effect):
-    """Within +-S of twist the shaft is free; in contact its spring and its damper both act.
+    """Within +-S of twist the shaft is free; in contact its spring and its damper both act, but never pull.
 
     The paper prints the condition on ``x2 - x1``; it must be on ``|x2 - x1|``.
     """
@@ -25,4 +28,8 @@ class Backlash(Effect):
     signature = "lost motion at every reversal"
 
     def transmission(self, port: Port, p: Values) -> Port | None:
-        return Port(deadzone(port.x, p["clearance"]), port.v * outside(port.x, p["clearance"]))
+        x, v = deadzone(port.x, p["clearance"]), port.v * outside(port.x, p["clearance"])
+        return replace(port, x=x, v=v)
+
+    def play(self, p: Values) -> sp.Expr | None:
+        return p["clearance"]

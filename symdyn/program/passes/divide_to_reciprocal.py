@@ -21,11 +21,13 @@ def divide_to_reciprocal(program: Program) -> Program:
     """Share reciprocals, and multiply by those of numbers."""
     divisors = Counter(node.args[1] for node in program.nodes if node.op is Op.DIV)
     shared = {divisor for divisor, times in divisors.items() if times > 1}
+    if not shared and not any(program.nodes[divisor].op is Op.CONST for divisor in divisors):
+        return program
 
     def make(builder: Builder, node: Node, args: tuple[int, ...]) -> int:
         if node.op is not Op.DIV:
             return builder.intern(node.op, args, node.origin)
-        number = builder.value(args[1])
+        number = builder.values[args[1]]
         if number is not None:
             inverse = 1.0 / number if number != 0.0 else math.inf
             if not math.isfinite(inverse) or abs(inverse) < 2.0**-1022:  # a subnormal reciprocal loses digits

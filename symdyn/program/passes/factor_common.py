@@ -22,6 +22,7 @@ def factor_common(program: Program) -> Program:
     view = from_program(program)
     graph = view.graph
     uses = graph.uses(view.outputs)
+    changed = False
     for node in range(len(uses)):
         element = graph.elements[node]
         if uses[node] and isinstance(element, Sum) and len(element.terms) > 1:
@@ -30,7 +31,8 @@ def factor_common(program: Program) -> Program:
             constant, terms = _factored(graph, element.constant, monomials, origin)
             if terms != element.terms:
                 graph.replace(node, Sum(constant, terms))
-    return cheaper(program, to_program(view))
+                changed = True
+    return cheaper(program, to_program(view)) if changed else program
 
 
 def _monomial(graph: Polynomials, term: Term, uses: Sequence[int]) -> _Monomial:
@@ -38,6 +40,13 @@ def _monomial(graph: Polynomials, term: Term, uses: Sequence[int]) -> _Monomial:
     coefficient, node = term
     element = graph.elements[node]
     return (coefficient, element.factors if isinstance(element, Product) and uses[node] == 1 else (node,))
+
+
+def _may_share(monomials: list[_Monomial]) -> bool:
+    """Whether any factor, or size of a coefficient, occurs in two terms: mostly none does."""
+    factors = [factor for _, own in monomials for factor in own]
+    sizes = [abs(c) for c, _ in monomials if c not in (1.0, -1.0)]
+    return len(set(factors)) < len(factors) or len(set(sizes)) < len(sizes)
 
 
 @dataclass(slots=True)
@@ -90,6 +99,8 @@ def _as_term(graph: Polynomials, node: int) -> Term:
 
 def _grouped(monomials: list[_Monomial]) -> tuple[list[tuple[_Factor, list[_Monomial]]], list[_Monomial]]:
     """Terms grouped by the factor that saves most multiplications, the earliest of equals; and the rest."""
+    if not _may_share(monomials):
+        return [], monomials
     members: dict[_Factor, dict[int, bool]] = {}  # factor -> term -> whether dividing saves a multiplication
     for place, monomial in enumerate(monomials):
         for factor, saves in _divisors(monomial):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bisect
 import heapq
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 
 from symdyn.program.cost import cheaper
 from symdyn.program.polynomial import Element, Polynomials, Product, Sum, Term
@@ -69,24 +69,26 @@ def _share(graph: Polynomials, rows: dict[int, list[Term]], element: Callable[[_
                 where[old].pop(node, None)
             rows[node] = _replaced(rows[node], pair, shared)
             for new in _pairs(rows[node]):
-                found = where.setdefault(new, {})
-                found[node] = None
-                if len(found) > 1:
-                    heapq.heappush(heap, (-len(found), new))
+                holders = where.setdefault(new, {})
+                holders[node] = None
+                if len(holders) > 1:
+                    heapq.heappush(heap, (-len(holders), new))
         if shared not in rows:
             rows[shared] = list(pair)
         where[pair] = {}
 
 
-def _pairs(row: list[Term]) -> Iterator[_Pair]:
+def _pairs(row: list[Term]) -> Iterable[_Pair]:
     """The distinct pairs of a row, each with its first coefficient positive."""
     head = row[:_WINDOW]
-    pairs: dict[_Pair, None] = {}
-    for place, (c, node) in enumerate(head):
-        for d, other in head[place + 1 :]:
-            sign = 1.0 if c > 0.0 else -1.0
-            pairs[((sign * c, node), (sign * d, other))] = None
-    return iter(pairs)
+    turned = [(-c, node) for c, node in head]
+    pairs: list[_Pair] = []
+    for place, first in enumerate(head):
+        if first[0] > 0.0:
+            pairs += [(first, other) for other in head[place + 1 :]]
+        else:
+            pairs += [(turned[place], other) for other in turned[place + 1 :]]
+    return dict.fromkeys(pairs)
 
 
 def _replaced(row: list[Term], pair: _Pair, shared: int) -> list[Term]:

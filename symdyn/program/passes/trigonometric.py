@@ -12,12 +12,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
-from symdyn.program.cost import weight
+from symdyn.program.cost import WEIGHTS, weight
 from symdyn.program.polynomial import Call, PolynomialProgram, Polynomials, Product, Sum, Term
 from symdyn.program.polynomial_read import from_program
 from symdyn.program.polynomial_write import to_program
 from symdyn.program.ssa import Op, Program
 
+_WAVES = frozenset({Op.SIN, Op.COS})
+_WAVE = WEIGHTS[Op.SIN]
 _TRIALS = 64  # groups tried one by one when all of them together cost more
 
 _Group = tuple[str, int, int]  # kind of law and the two angles
@@ -40,13 +42,13 @@ def trigonometric(program: Program) -> Program:
     if not groups:
         return program
     everything = _rewritten(program, groups)
-    if weight(everything) <= weight(program):
+    if everything is not None and weight(everything) <= weight(program):
         return everything
     kept: list[_Group] = []
     best = program
     for group in groups[:_TRIALS]:
         trial = _rewritten(program, [*kept, group])
-        if weight(trial) <= weight(best):
+        if trial is not None and weight(trial) <= weight(best):
             kept, best = [*kept, group], trial
     return best
 
@@ -61,15 +63,18 @@ def _groups(program: Program) -> list[_Group]:
     return list(found)
 
 
-def _rewritten(program: Program, groups: Collection[_Group]) -> Program:
+def _rewritten(program: Program, groups: Collection[_Group]) -> Program | None:
+    """The program after the rewrites; None where its new sines and cosines cost more than the terms could save."""
     view = from_program(program)
     graph = view.graph
+    waves, saved = _live_waves(view), 0
     for node, element in _sums(view):
         constant, terms = element.constant, dict(enumerate(element.terms))
         origin = graph.origins[node]
         added: list[Term] = []
         for group, first, second in _matches(graph, element, groups):
             new = _combined(graph, group, first, second, origin)
+            saved += 2 * (len(first.rest) + 3)  # the operations of both terms, and their sum
             for half in (first, second):
                 if half.place < 0:
                     constant = 0.0
@@ -80,7 +85,14 @@ def _rewritten(program: Program, groups: Collection[_Group]) -> Program:
             replacement = graph.sum(constant, [*terms.values(), *added], origin)
             if replacement != node:
                 graph.replace(node, Sum(0.0, ((1.0, replacement),)))
+    if _WAVE * (_live_waves(view) - waves) > saved:
+        return None
     return to_program(view)
+
+
+def _live_waves(view: PolynomialProgram) -> int:
+    uses, elements = view.graph.uses(view.outputs), view.graph.elements
+    return sum(isinstance(e, Call) and e.op in _WAVES for e, times in zip(elements, uses, strict=True) if times)
 
 
 def _sums(view: PolynomialProgram) -> Iterator[tuple[int, Sum]]:
@@ -95,10 +107,13 @@ def _matches(
 ) -> Iterator[tuple[_Group, _Half, _Half]]:
     """Pairs of terms of one sum that a law combines, no term twice; limited to ``groups`` if given."""
     terms = list(_monomials(graph, element))
+    pairs = {place: list(_waves(graph, factors)) for place, _, factors in terms if len(factors) > 1}
+    if not any(pairs.values()):
+        return
     used: set[int] = set()
     waiting: dict[_Key, list[_Half]] = {}
-    for place, coefficient, factors in terms:
-        for group, rest, form in _waves(graph, factors):
+    for place, coefficient, _ in terms:
+        for group, rest, form in pairs.get(place, ()):
             if groups is not None and group not in groups:
                 continue
             half = _Half(place, coefficient, rest, form)
@@ -111,8 +126,8 @@ def _matches(
             candidates.append(half)
 
     bare = {(coefficient, factors): place for place, coefficient, factors in terms if place not in used}
-    for place, coefficient, factors in terms:
-        for (_, a, b), rest, form in _waves(graph, factors):
+    for place, coefficient, _ in terms:
+        for (_, a, b), rest, form in pairs.get(place, ()):
             group = ("square", a, b)
             partner_place = bare.get((-coefficient, rest))
             free = partner_place is not None and not {place, partner_place} & used
@@ -134,8 +149,11 @@ def _monomials(graph: Polynomials, element: Sum) -> Iterator[tuple[int, float, t
 
 def _waves(graph: Polynomials, factors: tuple[int, ...]) -> Iterator[tuple[_Group, tuple[int, ...], str]]:
     """Each pair of sines and cosines in a product: the law it belongs to, the other factors, its form."""
-    calls = [(place, graph.elements[factor]) for place, factor in enumerate(factors)]
-    waves = [(place, call) for place, call in calls if isinstance(call, Call) and call.op in (Op.SIN, Op.COS)]
+    elements = graph.elements
+    calls = [(place, call) for place, factor in enumerate(factors) if isinstance(call := elements[factor], Call)]
+    if len(calls) < 2:
+        return
+    waves = [(place, call) for place, call in calls if call.op in _WAVES]
     for i, (place, first) in enumerate(waves):
         for other, second in waves[i + 1 :]:
             (a, x), (b, y) = sorted(((first.args[0], first.op), (second.args[0], second.op)))

@@ -1,0 +1,42 @@
+"""The source of a hybrid machine's module: its functions in a mode, its switches, and the integrator around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.derive.switches import HybridEquations, SwitchKind
+from symdyn.emit.forms import Form
+from symdyn.emit.kernel_source import kernel_source
+from symdyn.emit.tables import name_tables
+from symdyn.emit.templates import render
+
+NEEDED = ("state_derivative", "state_derivative_friction_jacobian", "guards", "guards_state_jacobian", "bounds")
+
+
+def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) -> str:
+    """A kernel module whose functions take the modes ``s``; AFFINE tells whether each mode is affine in x and u.
+
+    The integrator is that of templates/numba/simulation.py.j2; it is left out where parameters are free.
+    """
+    tables = {
+        "SWITCHES": repr(tuple(s.name for s in hybrid.switches)),
+        "SWITCH_KINDS": repr(tuple(str(s.kind) for s in hybrid.switches)),
+        "AFFINE": repr(affine),
+    }
+    kernel = kernel_source(hybrid.equations, forms, tables)
+    names = {form.name for form in forms}
+    if "state_derivative" not in names:
+        return kernel
+    found = name_tables(hybrid.equations)
+    sizes = [len(found["STATES"]), len(found["INPUTS"]), *(len(hybrid.of_kind(kind)) for kind in SwitchKind)]
+    stubs = [_NOTHING.format(name) for name in NEEDED if name not in names]
+    context = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
+    return kernel.rstrip("\n") + "\n" + render("numba/simulation.py.j2", context)
+
+
+_NOTHING = '''
+
+@njit(cache=True)
+def {}_into(x, u, s, out):
+    """Has no entries."""
+'''

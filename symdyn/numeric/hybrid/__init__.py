@@ -1,0 +1,1 @@
+"""Simulation that is exact about events: modes, guards, and propagation between them."""

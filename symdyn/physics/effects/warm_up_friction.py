@@ -1,0 +1,42 @@
+"""Warm-up friction: a lubricant that thins as its own friction heats it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import final
+
+import sympy as sp
+
+from symdyn.physics.effect import DAMPING, MECHANICAL, Effect, HiddenState, Port, Rate, Values, same_unit
+from symdyn.spec.effect_schema import ParameterSchema
+
+
+@final
+class WarmUpFriction(Effect):
+    """F_v exp(-T / T_0) v, where T is the temperature above that of the surroundings: C dT/dt = heat - T / R_T."""
+
+    identifier = "warm_up_friction"
+    title = "warm-up friction"
+    attaches_to = MECHANICAL
+    parameters = (
+        ParameterSchema("coefficient", DAMPING, "F_w", "force per speed when cold", lower=0.0),
+        ParameterSchema("temperature_scale", same_unit("K"), "T_0", "rise that thins to 1/e", null=None, lower=1e-12),
+        ParameterSchema("heat_capacity", same_unit("J/K"), "C_T", "heat per temperature", null=None, lower=1e-12),
+        ParameterSchema(
+            "thermal_resistance", same_unit("K/W"), "R_T", "temperature per heat flow outwards", null=None, lower=1e-12
+        ),
+    )
+    source = "Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010, friction with load and temperature"
+    signature = "residual proportional to speed that fades over minutes of motion"
+    rivals = ("viscous_friction",)
+    dissipative = True
+
+    def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
+        return (HiddenState("temperature_rise", "K", "T"),)
+
+    def rates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Rate, ...]:
+        heat = -self.state_force(port, p, z, control) * port.v
+        return (Rate(p["heat_capacity"], heat - z[0] / p["thermal_resistance"]),)
+
+    def state_force(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
+        return -p["coefficient"] * sp.exp(-z[0] / p["temperature_scale"]) * port.v
