@@ -52,7 +52,12 @@ def open_linear(model: str, at: Sequence[str]) -> Linear:
     robot = compiler.load_robot(model)
     refuse_free_parameters(robot)
     smooth = without_nonsmooth(robot)
-    gone = [f"{e.type} at {e.at}" for e in robot.effects if e not in smooth.effects]
+    there = {(e.type, e.at) for e in smooth.effects}
+    gone = [
+        f"{e.type} at {e.at}" if (e.type, e.at) not in there else f"jumps of {e.type} at {e.at}"
+        for e in robot.effects
+        if e not in smooth.effects
+    ]
     names = compiler.linearise(smooth).nominal
     point = _values(at, (*names.states, *names.inputs))
     x = np.array([point.get(name, 0.0) for name in names.states])
