@@ -44,5 +44,7 @@ def _declared(effect: Effect, p: Values, z: tuple[sp.Symbol, ...], control: sp.S
     if body is not None:
         yield from (("mass", body.mass), *zip("xyz", body.position, strict=True))
     amplified, sensor = effect.amplified(p, z, control), effect.sensor(PORT, p, z)
+    if amplified is None:
+        amplified = effect.controls(PORT, p, z, control)
     yield "handed on", amplified if amplified is not None else sp.Integer(0)
     yield "shown", sensor.value if sensor is not None else sp.Integer(0)

@@ -27,7 +27,7 @@ class PositionServo(Effect):
         ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
             "integral",
-            mechanical("V/(rad s)", "V/(m s)"),
+            mechanical("V/rad/s", "V/m/s"),
             "K_I",
             "voltage per error and time",
             lower=0.0,
