@@ -54,7 +54,12 @@ def open_linear(model: str, at: Sequence[str], known: Sequence[str] = ()) -> Lin
     robot = compiler.load_robot(model)
     refuse_free_parameters(robot)
     smooth = without_nonsmooth(robot)
-    gone = [f"{e.type} at {e.at}" for e in robot.effects if e not in smooth.effects]
+    there = {(e.type, e.at) for e in smooth.effects}
+    gone = [
+        f"{e.type} at {e.at}" if (e.type, e.at) not in there else f"jumps of {e.type} at {e.at}"
+        for e in robot.effects
+        if e not in smooth.effects
+    ]
     names = compiler.linearise(smooth).nominal
     linear_names = (*names.states, *names.inputs)
     point = {k: v for k, v in values_at(at, (*linear_names, *known)).items() if k in linear_names}

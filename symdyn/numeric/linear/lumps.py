@@ -8,6 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
+from symdyn.base.errors import NumericalError
 from symdyn.base.linear_system import Array, Derivatives, LinearFamily, LinearSystem
 from symdyn.numeric.linear.cost import Band, Cost, cost
 from symdyn.numeric.linear.local_sensitivity import response_gradient
@@ -104,7 +105,11 @@ class _Search:
         return float(np.abs(change).max())
 
     def cost(self, members: Sequence[int], target: int) -> Cost:
-        system = self.family.at(lumped(self.family.values, members, target))
+        """Infinite where the machine would accelerate without inertia."""
+        try:
+            system = self.family.at(lumped(self.family.values, members, target))
+        except NumericalError:
+            return Cost(np.inf, self.band.low, np.inf, np.inf)
         simpler = frequency_response(system, self.hertz, self.input, self.output).values
         return cost(self.band, self.hertz, self.exact, simpler)
 

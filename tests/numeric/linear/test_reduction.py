@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from symdyn.base.errors import UsageError
-from symdyn.compiler import linearise, robot_from_text
+from symdyn.compiler import linearise, load_robot, robot_from_text
+from symdyn.derive.linearize import without_nonsmooth
 from symdyn.numeric.linear.cost import Band, Signal, cost
 from symdyn.numeric.linear.drops import rigid, shafts, with_sensor, without
 from symdyn.numeric.linear.lumps import lumped, lumps
@@ -207,6 +208,17 @@ def test_more_error_allowed_never_leaves_more() -> None:
     assert [r.order for r in found] == sorted((r.order for r in found), reverse=True)
     assert [len(r.parameters) for r in found] == sorted((len(r.parameters) for r in found), reverse=True)
     assert not [s for s in found[0].steps if s.alone.worst > 1e-6]
+
+
+def test_where_the_machine_accelerates_no_inertia_is_set_to_zero() -> None:
+    """One volt at rest: without an inductance the current would jump, without an inertia the speed."""
+    robot = without_nonsmooth(load_robot("irb6-axis1"))
+    family = linearise(robot, u=np.array([1.0]))
+    assert without(family, "L") is None
+    found = propose(family, Band(0.1, 100.0), 0.05)
+    assert not {"L", "J_1", "J_2"} & set(dict(found.zeroed))
+    assert [s.what for s in found.steps if s.kind == "lump"] == ["d_5"]
+    assert all(s.so_far.worst <= 0.05 for s in found.steps)
 
 
 INVERTED = """\
