@@ -29,15 +29,30 @@ def frequency(
     output: Output = None,
     low: From = None,
     high: To = None,
-    points: Points = 2000,
+    points: Annotated[
+        int | None, typer.Option("--points", help="How many frequencies; default: 2000, with --amplitude 40.")
+    ] = None,
     at: At = None,
+    amplitude: Annotated[
+        float | None,
+        typer.Option("--amplitude", help="Of the input, in its unit: simulate with friction, clearance and limits."),
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option("--method", help="With --amplitude: stepped (sines, the default) or multisine.")
+    ] = None,
+    realisations: Annotated[int, typer.Option("--realisations", help="Of the multisine's phases.")] = 4,
+    seed: Annotated[int, typer.Option("--seed", help="Of them; the same seed gives the same numbers.")] = 0,
     plot: Plot = None,
     json: Json = False,
 ) -> None:
-    """Show the modes of the linear part, named by their energy, and a response with its peaks."""
+    """Show the modes of the linear part, named by their energy, and a response with its peaks.
+
+    With --amplitude: the response that a sine or a multisine of that size measures, and its distortions.
+    """
     from symdyn.faces import frequency_command
 
-    frequency_command.run(model, input, output, low, high, points, at or [], plot, json)
+    excitation = frequency_command.excitation(amplitude, method, realisations, seed)
+    frequency_command.run(model, input, output, low, high, points, at or [], excitation, plot, json)
 
 
 def sensitivity(
