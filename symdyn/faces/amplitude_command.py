@@ -23,6 +23,7 @@ from symdyn.numeric.hybrid.stepped_sine import SteppedSine, stepped_sine
 from symdyn.numeric.linear.modes import modes
 from symdyn.numeric.linear.response import Response, frequency_response
 from symdyn.numeric.linear.signals import grid, per_unit
+from symdyn.spec.urdf_chain import Chain
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,7 @@ def check(excitation: Excitation, points: int) -> None:
 
 def run(
     model: str,
+    chain: Chain,
     at: Sequence[str],
     input: str | None,
     output: str | None,
@@ -66,12 +68,12 @@ def run(
     json: bool,
 ) -> None:
     check(excitation, points)
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     with status(json) as progress:
         machine = Machine(compiler.compile_hybrid(robot))
         kernel = machine.kernel
-        linear = open_linear(model, at, (*kernel.states, *kernel.inputs))
+        linear = open_linear(model, chain, at, (*kernel.states, *kernel.inputs))
         first, last = band_of(low, high, modes(linear.family.nominal))
         point = values_at(at, (*kernel.states, *kernel.inputs))
         start = np.array([point.get(name, 0.0) for name in kernel.states])

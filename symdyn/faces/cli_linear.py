@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from symdyn.faces.cli_options import Json, Model
+from symdyn.faces.cli_options import Base, Json, Lock, Model, Tip, chain_of
 
 Input = Annotated[str | None, typer.Option("--input", "-u", help="Input, by name; default: the first.")]
 Output = Annotated[
@@ -25,6 +25,9 @@ Plot = Annotated[Path | None, typer.Option("--plot", help="Write an SVG here.")]
 
 def frequency(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     input: Input = None,
     output: Output = None,
     low: From = None,
@@ -52,11 +55,15 @@ def frequency(
     from symdyn.faces import frequency_command
 
     excitation = frequency_command.excitation(amplitude, method, realisations, seed)
-    frequency_command.run(model, input, output, low, high, points, at or [], excitation, plot, json)
+    chain = chain_of(base, tip, lock_others)
+    frequency_command.run(model, chain, input, output, low, high, points, at or [], excitation, plot, json)
 
 
 def sensitivity(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     input: Input = None,
     output: Output = None,
     low: From = None,
@@ -83,14 +90,18 @@ def sensitivity(
     """Show what each parameter does to modes and response: derivatives, factors, or globally."""
     from symdyn.faces import sensitivity_command
 
+    chain = chain_of(base, tip, lock_others)
     sensitivity_command.run(
-        model, input, output, low, high, points, at or [], parameter or [], factor or [0.5, 2.0], method, samples,
-        spread, seed, plot, json,
+        model, chain, input, output, low, high, points, at or [], parameter or [], factor or [0.5, 2.0], method,
+        samples, spread, seed, plot, json,
     )  # fmt: skip
 
 
 def reduce(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     input: Input = None,
     output: Output = None,
     low: From = None,
@@ -111,4 +122,5 @@ def reduce(
     """Propose a smaller model for a band: what to lump, drop or make rigid, at what error."""
     from symdyn.faces import reduce_command
 
-    reduce_command.run(model, input, output, low, high, error, signal, at or [], out, plot, json)
+    chain = chain_of(base, tip, lock_others)
+    reduce_command.run(model, chain, input, output, low, high, error, signal, at or [], out, plot, json)

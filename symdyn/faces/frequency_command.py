@@ -17,6 +17,7 @@ from symdyn.numeric.linear.modes import Mode, modes
 from symdyn.numeric.linear.response import extrema, frequency_response
 from symdyn.numeric.linear.signals import grid
 from symdyn.numeric.linear.transfer import transfer_function
+from symdyn.spec.urdf_chain import Chain
 
 _POINTS, _MEASURED = 2000, 40  # frequencies, of the linear part and at an amplitude
 _SHOWN = 0.01  # share from which a part of a mode is listed
@@ -24,6 +25,7 @@ _SHOWN = 0.01  # share from which a part of a mode is listed
 
 def run(
     model: str,
+    chain: Chain,
     input: str | None,
     output: str | None,
     low: float | None,
@@ -36,11 +38,11 @@ def run(
 ) -> None:
     if excitation is not None:
         count = points if points is not None else _MEASURED
-        amplitude_command.run(model, at, input, output, low, high, count, excitation, plot, json)
+        amplitude_command.run(model, chain, at, input, output, low, high, count, excitation, plot, json)
         return
     points = points if points is not None else _POINTS
     check_points(points)
-    linear = open_linear(model, at)
+    linear = open_linear(model, chain, at)
     system = linear.family.nominal
     found = modes(system)
     first, last = band_of(low, high, found)

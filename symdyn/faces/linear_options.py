@@ -19,6 +19,7 @@ from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.numeric.linear.cost import Cost
 from symdyn.numeric.linear.modes import Mode
 from symdyn.spec.records import Robot
+from symdyn.spec.urdf_chain import Chain
 
 MOST_POINTS = 1_000_000
 _WIDEST = 1e5  # of the default band, highest over lowest
@@ -44,14 +45,14 @@ class Linear:
         }
 
 
-def open_linear(model: str, at: Sequence[str], known: Sequence[str] = ()) -> Linear:
+def open_linear(model: str, chain: Chain, at: Sequence[str], known: Sequence[str] = ()) -> Linear:
     """Read the model; ``at`` are NAME=VALUE of states and inputs.
 
     What was left out of the linear part takes states and inputs along; ``at`` may name those that are ``known``.
 
     Raises UsageError: SD304 for a parameter without a value, SD305 for a name or a value that is none.
     """
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     smooth = without_nonsmooth(robot)
     there = {(e.type, e.at) for e in smooth.effects}
