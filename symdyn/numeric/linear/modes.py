@@ -66,9 +66,7 @@ def _mode(system: LinearSystem, pole: complex, v: Complex, condition: float) -> 
         _add(losses, element.address, element.damping * float(abs(element.lever @ moving)) ** 2)
     stiffness = _without_rounding(stiffness, system.f[n : 2 * n, :n])
     damping = _without_rounding(damping, system.f[n : 2 * n, n : 2 * n])
-    other = float(np.real(displaced.conj() @ stiffness @ displaced)) / 2
-    if abs(other) > _ROUNDING * float(np.abs(displaced) @ np.abs(system.f[n : 2 * n, :n]) @ np.abs(displaced)):
-        _add(strain, OTHER, other)
+    _add(strain, OTHER, float(np.real(displaced.conj() @ stiffness @ displaced)) / 2)
     circulating = (stiffness - stiffness.T) / 2
     _add(losses, OTHER, float(np.real(moving.conj() @ (damping @ moving + circulating @ displaced))))
     stored, lost = _of_hidden(system, hidden)
