@@ -114,7 +114,7 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
             if entry >= 0:  # stays zero exactly: its row is nothing but rounding
                 a[entry] = 0.0
     rate = growth_rate(a)
-    if not np.isfinite(rate):
+    if not (np.isfinite(rate) and np.all(np.isfinite(a))):
         return NOT_FINITE
     row, most = 0, modes.bounds.shape[2]
     guards = np.zeros((most, n))

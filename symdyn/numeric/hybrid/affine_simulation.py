@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid import affine
 from symdyn.numeric.hybrid.affine_modes import Modes
-from symdyn.numeric.hybrid.affine_store import MOST_STEPS, Bases, levels_of, roomier
+from symdyn.numeric.hybrid.affine_store import MOST_STEPS, Bases, divided, levels_of, roomier
 from symdyn.numeric.hybrid.affine_switches import BASE, EVENTS, STEP, STEPS, TALLY, TICK, TRIES, begin, pick
 from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.signals import Signal, exosystem
@@ -55,7 +55,7 @@ class Affine:
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        self._prepared: dict[tuple[bytes, bytes, str], _Prepared] = {}
+        self._prepared: dict[tuple[bytes, bytes, float], _Prepared] = {}
 
     def simulate(self, time: Array, signals: Sequence[Signal], *, start: Array | None = None) -> HybridTrajectory:
         """See ``simulate_affine``."""
@@ -70,8 +70,8 @@ class Affine:
         steps = tries = 0
         for first, last, step in stretches(time, signals):
             system, output, w = exosystem([signal.piece_at(first) for signal in signals], first)
-            count = max(1, round((last - first) / step))
-            prepared = self._prepare(system, output, (last - first) / count)
+            count, length = divided(first, last, step)
+            prepared = self._prepare(system, output, length)
             z = np.zeros(machine.width(len(w)))
             z[:nx], z[nx : nx + len(w)], z[nx + len(w)] = x, w, 1.0
             tally = np.zeros(len(TALLY), np.int64)
@@ -82,13 +82,13 @@ class Affine:
             if status != DONE:
                 give_up(status, first + (tally[STEP] + tally[TICK] / ticks) * horizon, found)
             steps, tries = steps + int(tally[STEPS]), tries + int(tally[TRIES])
-            report(time, first, last, (last - first) / count, reports, states)
+            report(time, first, last, length, reports, states)
             x = z[:nx].copy()
         inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
         return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
 
     def _prepare(self, system: Array, output: Array, length: float) -> _Prepared:
-        key = (system.tobytes(), output.tobytes(), f"{length:.12e}")
+        key = (system.tobytes(), output.tobytes(), length)
         if key not in self._prepared:
             bases = Bases.make(self.machine, system[None], output[None], self.machine.parameters[None])
             stride = int(bases.steps(length)[0])

@@ -33,8 +33,10 @@ class Bases:
     known: Ints  # (K,) numbers of the combinations, -1 where there is room
 
     @classmethod
-    def make(cls, machine: Machine, systems: Array, outputs: Array, parameters: Array) -> Bases:
-        """With all contacts open and no limit reached, and with all on their upper side."""
+    def make(
+        cls, machine: Machine, systems: Array, outputs: Array, parameters: Array, known: tuple[int, ...] = ()
+    ) -> Bases:
+        """With all contacts open and no limit reached, with all on their upper side, and with those ``known``."""
         switches = machine.count(CONTACT) + machine.count(LIMIT)
         inside = sum(3**k for k in range(switches))
         first = machine.base(inside, systems, outputs, parameters)
@@ -42,6 +44,9 @@ class Bases:
         bases = cls(machine, systems, outputs, parameters, empty, np.array([inside]))
         if switches:
             bases.add(2 * inside)
+        for number in known:
+            if number not in bases.known:
+                bases.add(number)
         return bases
 
     def add(self, number: int) -> None:
@@ -69,6 +74,12 @@ class Bases:
         signals = self.systems.shape[1]
         machine, one = self.machine, len(self.machine.kernel.states) + signals
         return room(modes, levels, machine.width(signals), one, machine.count(FRICTION), machine.most_guards)
+
+
+def divided(first: float, last: float, step: float) -> tuple[int, float]:
+    """Into how many reports a stretch is divided, and their spacing: to 12 digits, so that equal ones share modes."""
+    count = max(1, round((last - first) / step))
+    return count, float(f"{(last - first) / count:.12e}")
 
 
 def levels_of(horizon: float) -> int:

@@ -11,7 +11,7 @@ from symdyn.numeric.hybrid.vectors import LANES, matrix_product
 
 Array = NDArray[np.float64]
 
-COARSEST = 0.5  # between samples, times the growth rate
+COARSEST = 1.0  # between samples, times the growth rate
 UNSEEN = 1e-13  # rounding of a sample, relative to its terms
 
 
