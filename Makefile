@@ -47,6 +47,7 @@ bench: $(STAMP) ## time the kernels beside Pinocchio and CasADi (builds both in 
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	@$(BIN)/python -m benchmarks.speed
 	@$(BIN)/python -m benchmarks.frequency
+	@$(BIN)/python -m benchmarks.drive
 
 docs: $(STAMP) ## write the generated pages of docs/ anew; emps.md needs the recordings that SYMDYN_DATASETS names
 	@$(BIN)/python scripts/cost_tables.py generated docs/costs.md

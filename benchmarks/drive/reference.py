@@ -45,7 +45,10 @@ def press(x: Array, flank: int) -> float:
     return float(flank * (C_3 * (twist - flank * S) + D_3 * rate)) if flank else 0.0
 
 
-def solve(case: tuple[Callable[[float], float], float], points: int = 1001) -> tuple[Array, list[tuple[float, Mode]]]:
+def solve(
+    case: tuple[Callable[[float], float], float], points: int = 1001, method: str = "DOP853",
+    rtol: float = 1e-12, atol: float = 1e-14,
+) -> tuple[Array, list[tuple[float, Mode]]]:  # fmt: skip
     """States (points, 9) and the modes entered, each with its time."""
     reference, end = case
     time = np.linspace(0.0, end, points)
@@ -55,7 +58,7 @@ def solve(case: tuple[Callable[[float], float], float], points: int = 1001) -> t
     while t < end:
         events = _events(mode, reference)
         found = solve_ivp(
-            _rate, (t, end), x, method="DOP853", rtol=1e-12, atol=1e-14, events=[e for e, _ in events],
+            _rate, (t, end), x, method=method, rtol=rtol, atol=atol, events=[e for e, _ in events],
             dense_output=True, args=(mode, reference), max_step=2e-3,
         )  # fmt: skip
         here = (time >= t) & (time <= found.t[-1])

@@ -8,21 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.hybrid.exponential import expm1_levels, largest_rows
+from symdyn.numeric.hybrid.exponential import expm1_levels, growth_rate
+from symdyn.numeric.hybrid.fast_modes import fast_motions
+from symdyn.numeric.hybrid.growth import largest_rows
+from symdyn.numeric.hybrid.vectors import LANES, matrix_product, solve
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 ORDER = 4  # a guard and three derivatives at both ends of a step: a polynomial of degree 7
 RADIX = 5
+NO_ROOM, NOT_FINITE = -1, -2
 
 
 class Base(NamedTuple):
-    """The machine with the contacts and limits of one combination, in z = [x, signals, 1], (n,); friction aside.
+    """The machine with the contacts and limits of one combination, in z = [x, signals, 1, 0 ...]; friction aside.
 
     d z/dt = a z + friction sigma, speeds z are the speeds that frictions oppose; gap z is the twist of
     each contact, high z and low z what its flanks press with when they are engaged; argument z is what
     each limit is applied to. ``gap_half`` and ``limits`` are the numbers they are compared with.
+    Stacked, every array has a first axis more.
     """
 
     a: Array  # (n, n)
@@ -39,11 +44,12 @@ class Base(NamedTuple):
 class Modes(NamedTuple):
     """The modes met so far, with room for more; ``made[0]`` of them are made."""
 
-    made: Ints
+    made: Ints  # (1,)
+    one: int  # where z is 1
     codes: Ints  # (M,)
     step: Array  # (M, levels, n, n) exp - 1 of each halved step, transposed
-    rows: Array  # (M, n, 4 G + n) guards, their first, second and third derivatives, dz/dt; transposed
-    bounds: Array  # (M, n, G) of the eighth derivative, for |dz/dt|, transposed
+    rows: Array  # (M, n, 4 G + 8 + n) guards, their first, second and third derivatives, w = [L; 1] dz/dt; transposed
+    bounds: Array  # (M, 8 + n, G) of the eighth derivative, for |w|, transposed
     sizes: Array  # (M, n, G) |row|, for rounding, transposed
     sigma: Array  # (M, nf, n) friction as a share of its limit
     guards: Ints  # (M,) how many
@@ -51,13 +57,14 @@ class Modes(NamedTuple):
     target: Ints  # (M, G) the state it then takes
 
 
-def room(modes: int, levels: int, n: int, frictions: int, guards: int) -> Modes:
-    """Empty storage for so many modes."""
+@compiled
+def room(modes: int, levels: int, n: int, one: int, frictions: int, guards: int) -> Modes:
+    """Empty storage for so many modes; ``n`` and ``guards`` are multiples of eight."""
     return Modes(
-        np.zeros(1, np.int64), np.full(modes, -1, np.int64), np.zeros((modes, levels, n, n)),
-        np.zeros((modes, n, ORDER * guards + n)), np.zeros((modes, n, guards)), np.zeros((modes, n, guards)),
-        np.zeros((modes, frictions, n)), np.zeros(modes, np.int64), np.zeros((modes, guards), np.int64),
-        np.zeros((modes, guards), np.int64),
+        np.zeros(1, np.int64), one, np.full(modes, -1, np.int64), np.zeros((modes, levels, n, n)),
+        np.zeros((modes, n, ORDER * guards + LANES + n)), np.zeros((modes, LANES + n, guards)),
+        np.zeros((modes, n, guards)), np.zeros((modes, frictions, n)), np.zeros(modes, np.int64),
+        np.zeros((modes, guards), np.int64), np.zeros((modes, guards), np.int64),
     )  # fmt: skip
 
 
@@ -72,13 +79,16 @@ def code_of(state: Ints) -> int:
 
 @compiled
 def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
-    """Make the mode of ``state`` (frictions, contacts, limits) and return its number, or -1 without room."""
+    """Make the mode of ``state`` (frictions, contacts, limits) and return its number.
+
+    Or NO_ROOM or NOT_FINITE, where its matrix is not, both negative.
+    """
     number = int(modes.made[0])
     if number == len(modes.codes):
-        return -1
+        return NO_ROOM
     nf, nc, nl = len(base.speeds), len(base.gap), len(base.argument)
     n = len(base.a)
-    one = n - 1
+    one = modes.one
     a = base.a.copy()
     for k in range(nf):
         for i in range(n):
@@ -93,11 +103,19 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
         for r, k in enumerate(stuck):
             speeds[r] = base.speeds[k]
             pull[:, r] = base.friction[:, k]
-        share = -np.linalg.solve(speeds @ pull, speeds @ a)
-        a += pull @ share
+        share = _shares(speeds, pull, a)
         for r, k in enumerate(stuck):
             sigma[k] = share[r]
-            _stop(a, speeds[r])
+            for i in range(n):
+                for j in range(n):
+                    a[i, j] += pull[i, r] * share[r, j]
+        for r in range(len(stuck)):
+            entry = only_entry(speeds[r])
+            if entry >= 0:  # stays zero exactly: its row is nothing but rounding
+                a[entry] = 0.0
+    rate = growth_rate(a)
+    if not (np.isfinite(rate) and np.all(np.isfinite(a))):
+        return NOT_FINITE
     row, most = 0, modes.bounds.shape[2]
     guards = np.zeros((most, n))
     guards[:, one] = 1.0  # what is not used is never crossed
@@ -141,16 +159,20 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
             row = _own(modes, number, row, k, 1 if now == 0 else 0)
     modes.guards[number] = row
     modes.codes[number] = code_of(state)
-    expm1_levels(a, horizon, modes.step[number])
-    derived = guards.copy()
-    for order in range(ORDER):
-        modes.rows[number, :, order * most : (order + 1) * most] = derived.T
-        derived = derived @ a
-    for _ in range(ORDER - 1):  # up to A^7: dz/dt brings the eighth
-        derived = derived @ a
-    modes.bounds[number] = largest_rows(derived, a, horizon).T
+    expm1_levels(a.T.copy(), rate, horizon, modes.step[number])
+    derived, following = guards.copy(), np.empty((most, n))
+    for order in range(2 * ORDER - 1):  # up to A^7: dz/dt brings the eighth
+        if order < ORDER:
+            modes.rows[number, :, order * most : (order + 1) * most] = derived.T
+        matrix_product(derived, a, following)
+        derived, following = following, derived
+    right, left = fast_motions(a, horizon)
+    modes.bounds[number] = largest_rows(derived, a, rate, horizon, right, left).T
     modes.sizes[number] = np.abs(guards).T
-    modes.rows[number, :, ORDER * most :] = a.T
+    fast = np.empty((LANES, n))
+    matrix_product(left, a, fast)
+    modes.rows[number, :, ORDER * most : ORDER * most + LANES] = fast.T
+    modes.rows[number, :, ORDER * most + LANES :] = a.T
     modes.made[0] += 1
     return number
 
@@ -163,12 +185,26 @@ def _own(modes: Modes, number: int, row: int, switch: int, target: int) -> int:
 
 
 @compiled
-def _stop(a: Array, speed: Array) -> None:
-    """A speed that is a state by itself stays zero exactly: its row is nothing but rounding."""
+def _shares(speeds: Array, pull: Array, a: Array) -> Array:
+    """(m, n) of friction that keeps speeds z at zero: -(speeds pull)^-1 speeds a."""
+    m, n = speeds.shape
+    drag, share = np.zeros((m, m)), np.empty((m, n))
+    matrix_product(speeds, a, share)
+    for r in range(m):
+        for c in range(m):
+            for i in range(n):
+                drag[r, c] -= speeds[r, i] * pull[i, c]
+    solve(drag, share, m)
+    return share
+
+
+@compiled
+def only_entry(speed: Array) -> int:
+    """The state that a speed is by itself, or -1."""
     entry = -1
     for i in range(len(speed)):
         if speed[i] != 0.0:
             if entry >= 0:
-                return
+                return -1
             entry = i
-    a[entry] = 0.0
+    return entry

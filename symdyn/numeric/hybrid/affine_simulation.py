@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid import affine
-from symdyn.numeric.hybrid.affine_modes import Modes, room
-from symdyn.numeric.hybrid.exponential import growth_rate
-from symdyn.numeric.hybrid.machine import FRICTION, Machine
+from symdyn.numeric.hybrid.affine_modes import Modes
+from symdyn.numeric.hybrid.affine_store import MOST_STEPS, Bases, divided, levels_of, roomier
+from symdyn.numeric.hybrid.affine_switches import BASE, EVENTS, STEP, STEPS, TALLY, TICK, TRIES, begin, pick
+from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.trajectory import (
     DONE,
     EVENTS_AT_FIRST,
     MOST_EVENTS,
+    NEED_BASE,
     NO_ROOM,
     TOO_MANY,
+    TOO_SHORT,
     Event,
     HybridTrajectory,
     check,
@@ -29,11 +32,94 @@ from symdyn.numeric.hybrid.trajectory import (
 )
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
-LOCATED = 1e-11  # s, to which events are located
-FEWEST, MOST = 20, 45  # halvings of a step down to that
 MODES_AT_FIRST = 32
-LONGEST = 32.0  # of a step, over the machine's fastest time
+
+
+@dataclass
+class _Prepared:
+    """Modes of one machine with inputs of one kind, for steps of one length."""
+
+    bases: Bases
+    modes: Modes
+    horizon: float
+    stride: int  # steps between reports
+
+
+class Affine:
+    """A machine that is affine in every mode, with all modes that its simulations have met so far.
+
+    Each further simulation with inputs of the same kind and the same spacing of times needs no more set-up.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self._prepared: dict[tuple[bytes, bytes, float], _Prepared] = {}
+
+    def simulate(self, time: Array, signals: Sequence[Signal], *, start: Array | None = None) -> HybridTrajectory:
+        """See ``simulate_affine``."""
+        machine = self.machine
+        nx, nu = machine.size, len(machine.kernel.inputs)
+        x = np.zeros(nx) if start is None else np.array(start, dtype=np.float64)
+        check(time, x, nx, signals, nu)
+        state = np.zeros(len(machine.switches), np.int64)
+        states = np.zeros((len(time), nx))
+        states[0] = x
+        found: list[Event] = []
+        steps = tries = 0
+        for first, last, step in stretches(time, signals):
+            system, output, w = exosystem([signal.piece_at(first) for signal in signals], first)
+            count, length = divided(first, last, step)
+            prepared = self._prepare(system, output, length)
+            z = np.zeros(machine.width(len(w)))
+            z[:nx], z[nx : nx + len(w)], z[nx + len(w)] = x, w, 1.0
+            tally = np.zeros(len(TALLY), np.int64)
+            reports = np.zeros((count + 1, nx))
+            status, events = _run(prepared, z, state, count, reports, tally)
+            horizon, ticks = prepared.horizon, 1 << (prepared.modes.step.shape[1] - 1)
+            found += [event(row, first, horizon, machine) for row in events[: tally[EVENTS]]]
+            if status != DONE:
+                give_up(status, first + (tally[STEP] + tally[TICK] / ticks) * horizon, found)
+            steps, tries = steps + int(tally[STEPS]), tries + int(tally[TRIES])
+            report(time, first, last, length, reports, states)
+            x = z[:nx].copy()
+        inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
+        return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
+
+    def _prepare(self, system: Array, output: Array, length: float) -> _Prepared:
+        key = (system.tobytes(), output.tobytes(), length)
+        if key not in self._prepared:
+            bases = Bases.make(self.machine, system[None], output[None], self.machine.parameters[None])
+            stride = int(bases.steps(length)[0])
+            modes = bases.room(MODES_AT_FIRST, levels_of(length / stride))
+            self._prepared[key] = _Prepared(bases, modes, length / stride, stride)
+        return self._prepared[key]
+
+
+def _run(prepared: _Prepared, z: Array, state: Ints, count: int, reports: Array, tally: Ints) -> tuple[int, Array]:
+    """Propagate to the end, making room and bases as they are needed."""
+    if prepared.stride > MOST_STEPS:
+        return TOO_SHORT, np.zeros((0, 4))
+    events, begun = np.zeros((EVENTS_AT_FIRST, 4)), False
+    while True:
+        bases, known = pick(prepared.bases.stacked, 0), prepared.bases.known
+        if not begun:
+            status = begin(z, state, bases, known, tally)
+            begun = status == DONE
+        if begun:
+            status = affine.propagate(
+                z, state, bases, known, prepared.modes, prepared.horizon, count * prepared.stride, prepared.stride,
+                reports, events, tally,
+            )  # fmt: skip
+        if status == NEED_BASE:
+            prepared.bases.add(int(tally[BASE]))
+        elif status == NO_ROOM:
+            prepared.modes = roomier(prepared.modes)
+        elif status == TOO_MANY and len(events) < MOST_EVENTS:
+            events = np.concatenate([events, np.zeros_like(events)])
+        else:
+            return status, events
 
 
 def simulate_affine(
@@ -48,58 +134,4 @@ def simulate_affine(
     Raises InputError (SD302) for bad times, start or signals, NumericalError (SD303) where the switches chatter or
     the state leaves the finite numbers, with the place and the time.
     """
-    kernel = machine.kernel
-    nx, nu = machine.size, len(kernel.inputs)
-    x = np.zeros(nx) if start is None else np.array(start, dtype=np.float64)
-    check(time, x, nx, signals, nu)
-    switches = len(machine.switches)
-    state = np.zeros(switches, np.int64)
-    states = np.zeros((len(time), nx))
-    states[0] = x
-    found: list[Event] = []
-    steps = tries = 0
-    for first, last, step in stretches(time, signals):
-        pieces = [signal.piece_at(first) for signal in signals]
-        system, output, w = exosystem(pieces, first)
-        bases, known = machine.bases(system, output)
-        n = bases.a.shape[1]
-        z = np.zeros(n)
-        z[:nx], z[nx : nx + len(w)], z[-1] = x, w, 1.0
-        longest = LONGEST / max(growth_rate(a) for a in bases.a)
-        count = max(1, round((last - first) / step)) * max(1, int(np.ceil(step / longest)))
-        horizon = (last - first) / count
-        every = np.zeros((count + 1, n))
-        events = np.zeros((EVENTS_AT_FIRST, 4))
-        tally = np.zeros(5, np.int64)
-        levels = min(MOST, max(FEWEST, 1 + math.ceil(math.log2(horizon / LOCATED))))
-        modes = room(MODES_AT_FIRST, levels, n, machine.count(FRICTION), machine.most_guards)
-        affine.begin(z, state, bases, known)
-        while True:
-            status = affine.propagate(
-                z, state, bases, known, modes, horizon, int(tally[3]), count, every, events, tally
-            )
-            if status == NO_ROOM:
-                modes = _roomier(modes)
-            elif status == TOO_MANY and len(events) < MOST_EVENTS:
-                events = np.concatenate([events, np.zeros_like(events)])
-            else:
-                break
-        reached = first + (tally[3] + tally[4] * 0.5 ** (levels - 1)) * horizon
-        found += [event(row, first, horizon, machine) for row in events[: tally[0]]]
-        if status != DONE:
-            give_up(status, reached, found)
-        steps, tries = steps + int(tally[1]), tries + int(tally[2])
-        report(time, first, last, horizon, every[:, :nx], states)
-        x = z[:nx].copy()
-    inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
-    return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
-
-
-def _roomier(modes: Modes) -> Modes:
-    """Twice the storage, with the modes that are made already."""
-    made, size = len(modes.codes), modes.bounds.shape
-    grown = room(2 * made, modes.step.shape[1], size[1], modes.sigma.shape[1], size[2])
-    grown.made[:] = modes.made
-    for new, old in zip(grown[1:], modes[1:], strict=True):
-        new[:made] = old
-    return grown
+    return Affine(machine).simulate(time, signals, start=start)

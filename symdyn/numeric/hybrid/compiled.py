@@ -11,5 +11,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def compiled(function: F) -> F:
-    """Compiled and cached; a product and a sum may be rounded as one, and nothing else is rearranged."""
-    return cast(F, njit(cache=True, error_model="numpy", fastmath={"contract"})(function))
+    """Compiled and cached; each operation is rounded by itself, so that numbers do not depend on what is inlined where.
+
+    Only ``vectors`` round a product and a sum as one, in a single way.
+    """
+    return cast(F, njit(cache=True, error_model="numpy")(function))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.vectors import matrix_product
 
 Array = NDArray[np.float64]
 
@@ -17,10 +18,11 @@ def growth_rate(a: Array) -> float:
     """An upper bound of the spectral radius of |A|: a few power steps, with the bound of Collatz and Wielandt."""
     n = len(a)
     v = np.ones(n)
+    w = np.empty(n)
     best = np.inf
     for _ in range(40):
-        w = np.zeros(n)
         for i in range(n):
+            w[i] = 0.0
             for j in range(n):
                 w[i] += abs(a[i, j]) * v[j]
         worst = 0.0
@@ -37,30 +39,33 @@ def growth_rate(a: Array) -> float:
 
 
 @compiled
-def expm1_levels(a: Array, step: float, out: Array) -> None:
-    """out[k] (n, n) = transpose of exp(A step / 2^k) - 1, for k from 0 to len(out) - 1.
+def expm1_levels(a: Array, rate: float, step: float, out: Array) -> None:
+    """out[k] (n, n) = exp(A step / 2^k) - 1, for k from 0 to len(out) - 1; ``rate`` is the growth rate of A.
 
     The shortest step is summed as a series, each doubling is F -> 2 F + F F. Kept without the
     identity, a doubling adds an error relative to F alone, so that short steps lose nothing.
     """
     n, levels = len(a), len(out)
-    rate = growth_rate(a) * step
     halvings = levels - 1
-    while rate * 0.5**halvings > 0.02:
+    while rate * step * 0.5**halvings > 0.02:
         halvings += 1
     h = step * 0.5**halvings
     f = np.zeros((n, n))
-    term = np.eye(n)
+    term, next_term = np.eye(n), np.empty((n, n))
     for k in range(1, TERMS + 1):
-        term = term @ a * (h / k)
-        f += term
+        matrix_product(term, a, next_term)
+        for i in range(n):
+            for j in range(n):
+                term[i, j] = next_term[i, j] * (h / k)
+                f[i, j] += term[i, j]
     for k in range(halvings, -1, -1):
         if k < levels:
+            out[k] = f
+        if k:
+            matrix_product(f, f, term)
             for i in range(n):
                 for j in range(n):
-                    out[k, j, i] = f[i, j]
-        if k:
-            f = 2.0 * f + f @ f
+                    f[i, j] = 2.0 * f[i, j] + term[i, j]
 
 
 @compiled
@@ -69,30 +74,11 @@ def bound_of_exponential(a: Array, delta: float) -> Array:
     n = len(a)
     size = np.abs(a)
     total = np.eye(n)
-    term = np.eye(n)
+    term, next_term = np.eye(n), np.empty((n, n))
     for k in range(1, 30):
-        term = term @ size * (delta / k)
-        total += term
-    return total * (1.0 + 1e-9)
-
-
-@compiled
-def largest_rows(rows: Array, a: Array, step: float) -> Array:
-    """(m, n) R with |(rows exp(A t))_ij| <= R_ij for 0 <= t <= step: sampled, and bounded between samples."""
-    m, n = rows.shape
-    samples = 1
-    rate = growth_rate(a) * step
-    while rate / samples > 0.25:
-        samples *= 2
-    delta = step / samples
-    f = np.zeros((1, n, n))
-    expm1_levels(a, delta, f)
-    forward = f[0].T.copy()
-    most = np.abs(rows)
-    now = rows.copy()
-    for _ in range(samples - 1):
-        now = now + now @ forward
-        for i in range(m):
+        matrix_product(term, size, next_term)
+        for i in range(n):
             for j in range(n):
-                most[i, j] = max(most[i, j], abs(now[i, j]))
-    return most @ bound_of_exponential(a, delta)
+                term[i, j] = next_term[i, j] * (delta / k)
+                total[i, j] += term[i, j]
+    return total * (1.0 + 1e-9)

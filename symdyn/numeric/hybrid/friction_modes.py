@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.vectors import solve
 
 Array = NDArray[np.float64]
 
@@ -39,21 +40,20 @@ def friction_at_rest(free: Array, effect: Array) -> Any:
             if bound[i] == 0.0:
                 stuck[k] = i
                 k += 1
-        right = np.empty(count)
+        right = np.empty((count, 1))
         matrix = np.empty((count, count))
         for r in range(count):
             i = stuck[r]
-            right[r] = free[i]
+            right[r, 0] = free[i]
             for j in range(n):
-                right[r] -= effect[i, j] * bound[j]
+                right[r, 0] -= effect[i, j] * bound[j]
             for c in range(count):
                 matrix[r, c] = effect[i, stuck[c]]
         for i in range(n):
             sigma[i] = bound[i]
-        if count:
-            solution = np.linalg.solve(matrix, right)
-            for r in range(count):
-                sigma[stuck[r]] = solution[r]
+        solve(matrix, right, count)
+        for r in range(count):
+            sigma[stuck[r]] = right[r, 0]
         # Change the first that is wrong: the least-index rule cannot cycle for P-matrices (Murty 1974).
         wrong = -1
         for i in range(n):

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.hybrid.affine_modes import Base
+from symdyn.numeric.hybrid.vectors import LANES
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 FRICTION, CONTACT, LIMIT = "friction", "contact", "limit"
-BLOCK = 4  # of states: what the propagation takes at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,59 +53,62 @@ class Machine:
     def count(self, kind: str) -> int:
         return sum(k == kind for k in self.kernel.module.SWITCH_KINDS)
 
-    def call(self, name: str, x: Array, u: Array, s: Array) -> Array:
-        """A function of the kernel; an empty array where it has no entries."""
-        form = name if self.p is None else f"{name}_p"
-        if not self.kernel.has(form):
-            return np.zeros(0)
-        arguments = (x, u, s) if self.p is None else (x, u, s, self.p)
-        return np.asarray(getattr(self.kernel, form)(*arguments))
+    @property
+    def parameters(self) -> Array:
+        """(np,) values that a simulation takes."""
+        return self.kernel.values if self.p is None else self.p
 
-    def base(self, held: tuple[int, ...], system: Array, output: Array) -> Base:
-        """The affine system with contacts and limits as ``held`` (-1, 0, 1 each); inputs come from an exosystem."""
+    def base(self, number: int, systems: Array, outputs: Array, parameters: Array) -> Base:
+        """Affine systems of B sets with one combination of contacts and limits, stacked as (B, ...).
+
+        ``number`` is that of ``affine_switches.base_of``. Inputs come from exosystems dw/dt = S w, u = U w with S
+        in ``systems`` (B, m, m), U in ``outputs`` (B, nu, m); ``parameters`` (B, np).
+        """
         nf, nc, nl = (self.count(kind) for kind in (FRICTION, CONTACT, LIMIT))
-        nx, nu, nw = len(self.kernel.states), len(self.kernel.inputs), len(system)
+        sets, nx, nu, nw = len(parameters), len(self.kernel.states), len(self.kernel.inputs), systems.shape[1]
         first = self.size  # of the exosystem
-        n = -(-(first + nw + 1) // BLOCK) * BLOCK
+        n, one = self.width(nw), first + nw
+        s = np.zeros(nf + nc + nl)
+        for k in range(nc + nl):
+            s[-1 - k] = number // 3**k % 3 - 1
         x, u = np.zeros(nx), np.zeros(nu)
-        s = np.concatenate([np.zeros(nf), np.array(held, dtype=np.float64)])
 
-        def affine(value: Array, by_state: Array, by_input: Array) -> Array:
-            rows = np.zeros((len(value), n))
-            rows[:, :nx] = by_state.reshape(len(value), nx)
-            rows[:, first : first + nw] = by_input.reshape(len(value), nu) @ output
-            rows[:, n - 1] = value
+        def call(name: str, *shape: int) -> Array:
+            form = f"{name}_p"
+            if not self.kernel.has(form):
+                return np.zeros((sets, *shape))
+            function = getattr(self.kernel, form)
+            return np.array([function(x, u, s, p) for p in parameters]).reshape(sets, *shape)
+
+        def affine(name: str, count: int) -> Array:
+            rows = np.zeros((sets, count, n))
+            rows[:, :, :nx] = call(f"{name}_state_jacobian", count, nx)
+            rows[:, :, first:one] = call(f"{name}_input_jacobian", count, nu) @ outputs
+            rows[:, :, one] = call(name, count)
             return rows
 
-        a = np.zeros((n, n))
-        a[:nx] = affine(
-            *(self.call(f"state_derivative{kind}", x, u, s) for kind in ("", "_state_jacobian", "_input_jacobian"))
-        )
+        a, friction = np.zeros((sets, n, n)), np.zeros((sets, n, nf))
+        a[:, :nx] = affine("state_derivative", nx)
         if self.observer is not None:
             o = self.observer
-            a[nx:first] = affine(o.constant, o.by_state, o.by_input)
-            a[nx:first, nx:first] = o.system
-        a[first : first + nw, first : first + nw] = system
-        friction = np.zeros((n, nf))
+            a[:, nx:first, :nx], a[:, nx:first, nx:first], a[:, nx:first, one] = o.by_state, o.system, o.constant
+            a[:, nx:first, first:one] = o.by_input @ outputs
+        a[:, first:one, first:one] = systems
         if nf:
-            friction[:nx] = self.call("state_derivative_friction_jacobian", x, u, s)
-        guards = affine(*(self.call(f"guards{kind}", x, u, s) for kind in ("", "_state_jacobian", "_input_jacobian")))
-        bounds = self.call("bounds", x, u, s)
-        cuts = np.cumsum([nf, nc, nc, nc])
-        speeds, gap, high, low, argument = np.split(guards, cuts)
-        half, lower, upper = np.split(bounds, np.cumsum([nc, nl]))
-        return Base(a, friction, speeds, gap, high, low, argument, half, np.column_stack([lower, upper]))
+            friction[:, :nx] = call("state_derivative_friction_jacobian", nx, nf)
+        guards = affine("guards", nf + 3 * nc + nl)
+        bounds = call("bounds", nc + 2 * nl)
+        speeds, gap, high, low, argument = np.split(guards, np.cumsum([nf, nc, nc, nc]), axis=1)
+        half, lower, upper = np.split(bounds, np.cumsum([nc, nl]), axis=1)
+        parts = (a, friction, speeds, gap, high, low, argument, half, np.stack([lower, upper], axis=2))
+        return Base(*map(np.ascontiguousarray, parts))
 
-    def bases(self, system: Array, output: Array) -> tuple[Base, Ints]:
-        """Stacked bases of every combination of contacts and limits, and the place of each in the stack."""
-        held = self.count(CONTACT) + self.count(LIMIT)
-        found = [self.base(combination, system, output) for combination in product((-1, 0, 1), repeat=held)]
-        return Base(*(np.ascontiguousarray(np.stack(parts)) for parts in zip(*found, strict=True))), np.arange(
-            len(found)
-        )
+    def width(self, signals: int) -> int:
+        """Of the matrices over z = [x, observer, signals, 1], rounded up for vector instructions."""
+        return -(-(self.size + signals + 1) // LANES) * LANES
 
     @property
     def most_guards(self) -> int:
         """Of any mode, rounded up for vector instructions."""
         count = 2 * (self.count(FRICTION) + self.count(CONTACT) + self.count(LIMIT))
-        return max(8, -(-count // 8) * 8)
+        return max(LANES, -(-count // LANES) * LANES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from symdyn.compiler import compile_hybrid, load_robot, robot_from_text
+from symdyn.compiler import compile_hybrid, robot_from_text
 from symdyn.numeric.hybrid.machine import Machine
 
 SLIDER = """
@@ -31,14 +31,6 @@ link = { inertia = { about = "joint", zz = 0.5 } }
 rotors = [{ name = "motor", inertia = 0.2 }]
 shafts = [{ name = "shaft", from = "motor", to = "joint", stiffness = 40, damping = 0.3 }]
 """
-SERVO = """
-[[effect]]
-type = "position_servo"
-at = "axis1.motor"
-proportional = "50 V/rad"
-derivative = "0.5 V s/rad"
-limit = "24 V"
-"""
 
 
 def effect(kind: str, at: str, **values: float) -> str:
@@ -54,10 +46,3 @@ GAP = effect("backlash", "arm.shaft", clearance=0.1)
 @cache
 def machine(text: str) -> Machine:
     return Machine(compile_hybrid(robot_from_text(text, "machine.toml")))
-
-
-@cache
-def seed_drive() -> Machine:
-    """The drive of the 1986 paper with a clearance and a servo loop, as in benchmarks of event handling."""
-    text = load_robot("irb6-axis1").text.replace('S = "0 rad" ', 'S = "0.01 rad" ')
-    return machine(text + SERVO)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.drive.machine import seed_drive
 from benchmarks.drive.reference import SINE, STEP, solve
 from symdyn.numeric.hybrid.affine_simulation import simulate_affine
 from symdyn.numeric.hybrid.general_simulation import simulate_general
 from symdyn.numeric.hybrid.signals import Signal, sine, step
 from symdyn.numeric.hybrid.trajectory import HybridTrajectory
-
-from .machines import seed_drive
 
 CASES = pytest.mark.parametrize(
     ("case", "signal"),
