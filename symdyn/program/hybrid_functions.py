@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import sympy as sp
 
+from symdyn.derive.power import ENERGY_KINDS, of_kind
+from symdyn.derive.steps import Step
 from symdyn.derive.switches import HybridEquations, Switch, SwitchKind
 from symdyn.program.differentiate import differentiate
 from symdyn.program.function import Function
@@ -47,11 +49,20 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
             "What guards are compared with: clearances, then lower, then upper limits.",
         ),
     ]
+    found += [Function(lower(name, arguments, steps, e, (len(e),)), doc) for name, steps, e, doc in _energy(hybrid)]
     if equations.sensors:
         output = lower("output", arguments, (), [s.value for s in equations.sensors], (len(equations.sensors),))
         found.append(Function(output, "What the sensors show, in the order of OUTPUTS."))
     split = (x, u, Argument(MODES, tuple(map(str, modes))), Argument("p", tuple(map(str, equations.parameters))))
     return tuple(Function(replace(f.program, arguments=split), f.doc) for f in found if f.program.outputs)
+
+
+def _energy(hybrid: HybridEquations) -> Iterator[tuple[str, Sequence[Step], list[sp.Expr], str]]:
+    flows = hybrid.flows
+    supplied, dissipated, stored = (list(of_kind(flows, kind).values()) for kind in ENERGY_KINDS)
+    yield "supplied_power", (), supplied, "Power in W that each of SUPPLIED takes from a supply."
+    yield "dissipated_power", (), dissipated, "Power in W that each of DISSIPATED turns to heat."
+    yield "stored_energy", hybrid.equations.energy_steps, stored, "Energy in J that each of STORED holds."
 
 
 def is_affine(functions: Sequence[Function]) -> bool:

@@ -79,25 +79,8 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     nf, nc, nl = len(base.speeds), len(base.gap), len(base.argument)
     n = len(base.a)
     one = n - 1
-    a = base.a.copy()
-    for k in range(nf):
-        for i in range(n):
-            a[i, one] += base.friction[i, k] * state[k]
-    stuck = np.array([k for k in range(nf) if state[k] == 0], np.int64)
     sigma = modes.sigma[number]
-    for k in range(nf):
-        sigma[k, one] = state[k]
-    if len(stuck):
-        speeds = np.empty((len(stuck), n))
-        pull = np.empty((n, len(stuck)))
-        for r, k in enumerate(stuck):
-            speeds[r] = base.speeds[k]
-            pull[:, r] = base.friction[:, k]
-        share = -np.linalg.solve(speeds @ pull, speeds @ a)
-        a += pull @ share
-        for r, k in enumerate(stuck):
-            sigma[k] = share[r]
-            _stop(a, speeds[r])
+    a = mode_matrix(base, state, sigma)
     row, most = 0, modes.bounds.shape[2]
     guards = np.zeros((most, n))
     guards[:, one] = 1.0  # what is not used is never crossed
@@ -153,6 +136,32 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     modes.rows[number, :, ORDER * most :] = a.T
     modes.made[0] += 1
     return number
+
+
+@compiled
+def mode_matrix(base: Base, state: Ints, sigma: Array) -> Array:
+    """(n, n) A of dz/dt = A z in the mode; ``sigma`` (nf, n) is filled in with each friction's share of its limit."""
+    nf, n = len(base.speeds), len(base.a)
+    one = n - 1
+    a = base.a.copy()
+    for k in range(nf):
+        sigma[k] = 0.0
+        sigma[k, one] = state[k]
+        for i in range(n):
+            a[i, one] += base.friction[i, k] * state[k]
+    stuck = np.array([k for k in range(nf) if state[k] == 0], np.int64)
+    if len(stuck):
+        speeds = np.empty((len(stuck), n))
+        pull = np.empty((n, len(stuck)))
+        for r, k in enumerate(stuck):
+            speeds[r] = base.speeds[k]
+            pull[:, r] = base.friction[:, k]
+        share = -np.linalg.solve(speeds @ pull, speeds @ a)
+        a += pull @ share
+        for r, k in enumerate(stuck):
+            sigma[k] = share[r]
+            _stop(a, speeds[r])
+    return a
 
 
 @compiled

@@ -19,6 +19,7 @@ from symdyn.numeric.hybrid.trajectory import (
     MOST_EVENTS,
     NO_ROOM,
     TOO_MANY,
+    Beginning,
     Event,
     HybridTrajectory,
     check,
@@ -57,6 +58,7 @@ def simulate_affine(
     states = np.zeros((len(time), nx))
     states[0] = x
     found: list[Event] = []
+    begun: list[Beginning] = []
     steps = tries = 0
     for first, last, step in stretches(time, signals):
         pieces = [signal.piece_at(first) for signal in signals]
@@ -74,6 +76,7 @@ def simulate_affine(
         levels = min(MOST, max(FEWEST, 1 + math.ceil(math.log2(horizon / LOCATED))))
         modes = room(MODES_AT_FIRST, levels, n, machine.count(FRICTION), machine.most_guards)
         affine.begin(z, state, bases, known)
+        begun.append(Beginning(first, tuple(state.tolist())))
         while True:
             status = affine.propagate(
                 z, state, bases, known, modes, horizon, int(tally[3]), count, every, events, tally
@@ -92,7 +95,7 @@ def simulate_affine(
         report(time, first, last, horizon, every[:, :nx], states)
         x = z[:nx].copy()
     inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
-    return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
+    return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), tuple(begun), steps, tries)
 
 
 def _roomier(modes: Modes) -> Modes:

@@ -44,6 +44,14 @@ class Machine:
         arguments = (x, u, s) if self.p is None else (x, u, s, self.p)
         return np.asarray(getattr(self.kernel, form)(*arguments))
 
+    def rows(self, name: str, x: Array, u: Array, s: Array) -> Array:
+        """The same for many: x (m, nx), u (m, nu), s (m, switches)."""
+        form = f"{name}_batch" if self.p is None else f"{name}_p_batch"
+        if not self.kernel.has(form):
+            return np.zeros((len(x), 0))
+        arguments = (x, u, s) if self.p is None else (x, u, s, self.p)
+        return np.asarray(getattr(self.kernel, form)(*arguments))
+
     def base(self, held: tuple[int, ...], system: Array, output: Array) -> Base:
         """The affine system with contacts and limits as ``held`` (-1, 0, 1 each); inputs come from an exosystem."""
         nf, nc, nl = (self.count(kind) for kind in (FRICTION, CONTACT, LIMIT))
