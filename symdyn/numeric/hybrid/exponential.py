@@ -63,6 +63,19 @@ def expm1_levels(a: Array, step: float, out: Array) -> None:
             f = 2.0 * f + f @ f
 
 
+def legendre(count: int) -> tuple[Array, Array]:
+    """Points and weights of Gauss and Legendre on (0, 1)."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    return 0.5 + 0.5 * points, 0.5 * weights
+
+
+def exponential(a: Array, step: float) -> Array:
+    """exp(A step), (n, n)."""
+    out = np.zeros((1, *a.shape))
+    expm1_levels(a, step, out)
+    return np.asarray(out[0].T + np.eye(len(a)))
+
+
 @compiled
 def bound_of_exponential(a: Array, delta: float) -> Array:
     """(n, n) B with |exp(A t)| <= B entry by entry for 0 <= t <= delta: exp(|A| delta), rounded up."""

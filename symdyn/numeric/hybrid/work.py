@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate
 
-from symdyn.numeric.hybrid.affine_modes import mode_matrix
-from symdyn.numeric.hybrid.exponential import expm1_levels, growth_rate
+from symdyn.numeric.hybrid.exponential import exponential, growth_rate, legendre
+from symdyn.numeric.hybrid.linear_mode import linear_mode
 from symdyn.numeric.hybrid.machine import FRICTION, Machine
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.spans import Span, mode_of
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Worker = Callable[[Array, Span], tuple[Array, Array]]
 
 POWERS = ("supplied_power", "dissipated_power")
-NODES, WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(8))
+NODES, WEIGHTS = legendre(8)
 REACH = 2.0  # of a part, over the machine's fastest time: 8 points then leave 1e-13 of a product of two exponentials
 MOST_PARTS = 4096  # that are kept in memory at once
 CLOSE = 1e-11  # relative tolerance where nothing is affine
@@ -32,7 +32,7 @@ def worker(machine: Machine, signals: Sequence[Signal]) -> Worker:
 
 def _affine(machine: Machine, signals: Sequence[Signal]) -> Worker:
     """The state at Gauss-Legendre points from exponentials; powers are quadratic in it, and so integrated exactly."""
-    nx, nf = len(machine.kernel.states), machine.count(FRICTION)
+    nx = len(machine.kernel.states)
     matrices: dict[tuple[object, ...], Array] = {}
 
     def work(x: Array, span: Span) -> tuple[Array, Array]:
@@ -40,16 +40,14 @@ def _affine(machine: Machine, signals: Sequence[Signal]) -> Worker:
         s = mode_of(span.switches)
         key = (span.switches, system.tobytes(), output.tobytes())
         if key not in matrices:
-            base = machine.base(tuple(int(k) for k in s[nf:]), system, output)
-            switches = np.array(span.switches, dtype=np.int64)
-            matrices[key] = mode_matrix(base, switches, np.zeros((nf, len(base.a))))
+            matrices[key] = linear_mode(machine, span.switches, system, output).a
         a = matrices[key]
         z = np.zeros(len(a))
         z[:nx], z[nx : nx + len(w)], z[-1] = x, w, 1.0
         length = span.last - span.first
         parts = max(1, math.ceil(length * growth_rate(a) / REACH))
         h = length / parts
-        over, points = _exponential(a, h), [_exponential(a, h * (0.5 + c)) for c in NODES]
+        over, points = exponential(a, h).T, [exponential(a, h * c).T for c in NODES]
         total = 0.0
         for first in range(0, parts, MOST_PARTS):
             starts = _powers(over, z, min(MOST_PARTS, parts - first))
@@ -61,13 +59,6 @@ def _affine(machine: Machine, signals: Sequence[Signal]) -> Worker:
         return z[:nx], np.asarray(total)
 
     return work
-
-
-def _exponential(a: Array, h: float) -> Array:
-    """The transpose of exp(a h)."""
-    out = np.zeros((1, *a.shape))
-    expm1_levels(a, h, out)
-    return np.asarray(out[0] + np.eye(len(a)))
 
 
 def _powers(over: Array, z: Array, count: int) -> Array:
