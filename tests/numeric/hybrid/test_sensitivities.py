@@ -13,10 +13,25 @@ from symdyn.numeric.hybrid.saltation import Guard, jumped
 from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.signals import constant, step
 
-from .machines import COULOMB, SLIDER, machine, seed_drive
+from .machines import COULOMB, SLIDER, effect, machine, seed_drive
 
 Array = NDArray[np.float64]
 
+GEARED = """
+[robot]
+name = "geared"
+gravity = [0, 0, 0]
+[parameters]
+n = 3
+[dh]
+rows = [["q", 0, 0, 0]]
+[[joint]]
+name = "arm"
+link = { inertia = { about = "joint", zz = 0.5 } }
+[joint.drive]
+ratio = "n"
+rotors = [{ name = "motor", inertia = 0.2, fixed_to_joint = true }]
+"""
 SERVO = "axis1_motor_position_servo"
 # Relative steps of the differences: events are located to 1e-11 s, which is all the noise they have.
 STEPS = {
@@ -28,7 +43,7 @@ STEPS = {
 
 def test_a_block_that_slides_to_rest() -> None:
     """It stops after m v^2 / (2 F): that depends on F and v as this says, and from then on its speed on nothing."""
-    speed, level, mass = 1.5, 3.0, 2.0
+    speed, level, mass = 1.4, 3.0, 2.0
     block = machine(SLIDER + COULOMB)
     name = next(p for p in block.kernel.parameters if "level" in p)
     time, start = np.linspace(0.0, 2.0, 21), np.array([0.0, speed])
@@ -88,6 +103,18 @@ def test_parameters_of_the_call_are_used() -> None:
         Machine(block.kernel, values), *arguments, start=np.array([0.0, 1.5]), parameters=[name]
     )
     assert found.values[-1, 0, 0] == pytest.approx(-2.0 * 1.5**2 / (2 * 6.0**2), rel=1e-9)
+
+
+def test_a_parameter_that_moves_the_guard() -> None:
+    """Friction on a rotor behind a gear: the ratio n is in its speed. It stops after (I + n^2 J) v^2 / (2 n F)."""
+    geared = machine(GEARED + effect("coulomb_friction", "arm.motor", level=0.5))
+    speed, level, ratio, inertia, rotor = 1.4, 0.5, 3.0, 0.5, 0.2
+    found = simulate_sensitivities(
+        geared, np.linspace(0.0, 5.0, 6), [constant(0.0)], start=np.array([0.0, speed]), parameters=["n"]
+    )
+    assert [e.after for e in found.trajectory.events] == [0]
+    expected = speed**2 / (2 * level) * (rotor - inertia / ratio**2)
+    assert found.values[-1, :, 0] == pytest.approx([expected, 0.0], rel=1e-9, abs=1e-12)
 
 
 def test_a_guard_that_is_touched_has_no_derivative() -> None:
