@@ -14,6 +14,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.base.nonsmooth import clip, deadzone, outside, pushing, sign_of, step
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.forces import Contribution
+from symdyn.derive.power import PowerFlow, power_flows
 
 ZERO, HALF = sp.Integer(0), sp.Rational(1, 2)
 
@@ -48,10 +49,14 @@ class Switch:
 
 @dataclass(frozen=True, slots=True)
 class HybridEquations:
-    """Equations without jumps: in each mode they are smooth. Switches stand by kind, in the order of SwitchKind."""
+    """Equations without jumps: in each mode they are smooth. Switches stand by kind, in the order of SwitchKind.
+
+    ``flows`` tell where the energy goes, in a mode; a friction that sticks has speed zero and takes none.
+    """
 
     equations: EquationsOfMotion
     switches: tuple[Switch, ...]
+    flows: tuple[PowerFlow, ...]
 
     def of_kind(self, kind: SwitchKind) -> tuple[Switch, ...]:
         return tuple(s for s in self.switches if s.kind is kind)
@@ -78,7 +83,17 @@ def hybrid_equations(equations: EquationsOfMotion) -> HybridEquations:
         )
         for s in switches
     ]
-    return HybridEquations(_mapped(equations, lambda e: found.smooth(e).xreplace(names)), tuple(smooth))
+
+    def in_mode(expression: sp.Expr) -> sp.Expr:
+        return found.smooth(expression).xreplace(names)
+
+    flows = tuple(
+        replace(
+            f, supplied=in_mode(f.supplied), dissipated=sp.expand_mul(in_mode(f.dissipated)), stored=in_mode(f.stored)
+        )
+        for f in power_flows(equations)
+    )
+    return HybridEquations(_mapped(equations, in_mode), tuple(smooth), flows)
 
 
 def _expressions(equations: EquationsOfMotion) -> Iterator[tuple[str, sp.Expr]]:

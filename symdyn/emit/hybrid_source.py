@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from symdyn.derive.power import ENERGY_KINDS, of_kind
 from symdyn.derive.switches import HybridEquations, SwitchKind
 from symdyn.emit.forms import Form
 from symdyn.emit.kernel_source import kernel_source
@@ -23,6 +24,7 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) 
         "SWITCH_KINDS": repr(tuple(str(s.kind) for s in hybrid.switches)),
         "AFFINE": repr(affine),
     }
+    tables |= {kind.upper(): repr(tuple(of_kind(hybrid.flows, kind))) for kind in ENERGY_KINDS}
     kernel = kernel_source(hybrid.equations, forms, tables)
     names = {form.name for form in forms}
     if "state_derivative" not in names:

@@ -77,7 +77,7 @@ def _function(program: Program, name: str, doc: str) -> str:
             "scratch_arguments": _each(arguments, states, "{}_"),
             "flat_arguments": _each(arguments, states, "np.asarray({}, np.float64).ravel()"),
             "flattened": "\n".join(f"    {a.name} = np.asarray({a.name}, np.float64).ravel()" for a in states),
-            "gather_rows": "\n".join(_squares("_gather", *vector) for vector in vectors),
+            "gather_rows": "\n".join(_squares("_gather", *vector) for vector in vectors if vector[1]),
             "scatter_rows": _squares("_scatter", "out", size),
             "gather_columns": "\n".join(line for vector in vectors for line in _gather_columns(*vector)),
             "reshape": "" if flat else f".reshape({shape})",

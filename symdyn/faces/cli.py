@@ -211,6 +211,10 @@ def simulate(
     events: Annotated[
         Path | None, typer.Option("--events", help="CSV file for the events: stick, slip, contact, limit.")
     ] = None,
+    energy: Annotated[
+        Path | None,
+        typer.Option("--energy", help="CSV file for the energy supplied, dissipated, lost and stored, by element."),
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="CSV file to write; default: stdout.")] = None,
     json: Json = False,
 ) -> None:
@@ -228,6 +232,7 @@ def simulate(
         tolerance,
         out,
         events,
+        energy,
         json,
     )
 

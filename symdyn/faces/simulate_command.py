@@ -21,6 +21,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.faces.console import err, print_json, status
 from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.faces.signal_words import read_signals
+from symdyn.numeric.hybrid.energy import EnergyBalance, energy_balance
 from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.simulate import simulate_events
 from symdyn.numeric.hybrid.trajectory import Event
@@ -44,6 +45,7 @@ def run(
     tolerance: float,
     path: Path | None,
     events_path: Path | None,
+    energy_path: Path | None,
     json: bool,
 ) -> None:
     if not (math.isfinite(duration) and duration > 0 and math.isfinite(step) and 0 < step <= duration):
@@ -52,25 +54,34 @@ def run(
         raise UsageError(Problem("SD302", f"{duration / step:.3g} rows: choose a longer --step"))
     if smoothing is not None and not (math.isfinite(smoothing) and smoothing > 0):
         raise UsageError(Problem("SD302", "--smoothing must be positive"))
+    if smoothing is not None and energy_path is not None:
+        raise UsageError(Problem("SD302", "--energy needs located events: leave --smoothing out"))
     robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     with status(json) as progress:
         if smoothing is None:
-            kernel, result, events = _with_events(robot, inputs, start, time, tolerance, progress)
+            kernel, result, events, energy = _with_events(
+                robot, inputs, start, time, tolerance, energy_path is not None, progress
+            )
         else:
             kernel, result = _smoothed(robot, inputs, start, time, smoothing, progress)
-            events = ()
+            events, energy = (), None
     columns = result.table(kernel)
     if json:
-        print_json(
-            {name: values.tolist() for name, values in columns.items()} | {"events": [asdict(e) for e in events]}
-        )
+        shown = {name: values.tolist() for name, values in columns.items()} | {"events": [asdict(e) for e in events]}
+        if energy is not None:
+            table = {name: values.tolist() for name, values in energy.table().items()}
+            shown["energy"] = table | {"closure": energy.closure}
+        print_json(shown)
         return
     if events_path is not None:
         write_atomically(
             events_path, _csv({f.name: [getattr(e, f.name) for e in events] for f in fields(Event)}, "%.12g")
         )
+    if energy_path is not None and energy is not None:
+        write_atomically(energy_path, _csv(dict(energy.table()), "%.12g"))
+        err.print(f"energy accounted for but {energy.closure:.1e} of it: {energy_path}", markup=False)
     text = _csv(dict(columns), "%.10g")
     if path is None:
         sys.stdout.write(text)
@@ -81,19 +92,30 @@ def run(
 
 
 def _with_events(
-    robot: Robot, inputs: list[str], start: list[str], time: Array, tolerance: float, progress: Callable[[str], None]
-) -> tuple[Kernel, Trajectory, tuple[Event, ...]]:
+    robot: Robot,
+    inputs: list[str],
+    start: list[str],
+    time: Array,
+    tolerance: float,
+    book: bool,
+    progress: Callable[[str], None],
+) -> tuple[Kernel, Trajectory, tuple[Event, ...], EnergyBalance | None]:
     machine = Machine(compiler.compile_hybrid(robot))
     kernel = machine.kernel
     signals = read_signals(inputs, kernel.inputs)
     x = _named(start, kernel.states, "--start")
     progress("simulating")
     found = simulate_events(machine, time, signals, start=x, tolerance=tolerance)
+    energy = None
+    if book:
+        progress("booking the energy")
+        energy = energy_balance(machine, found, signals)
     outputs = np.zeros((len(time), 0))
     if kernel.outputs:
         modes = np.zeros((len(time), len(machine.switches)))
         outputs = kernel.output_batch(found.states, np.ascontiguousarray(found.inputs), modes)
-    return kernel, Trajectory(time, found.states, found.inputs, outputs, kernel.states, found.tries), found.events
+    result = Trajectory(time, found.states, found.inputs, outputs, kernel.states, found.tries)
+    return kernel, result, found.events, energy
 
 
 def _smoothed(

@@ -155,6 +155,10 @@ class Effect(ABC):
         """Energy in the hidden states that can come back."""
         return ZERO
 
+    def supplied(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
+        """Power that the effect takes from a supply."""
+        return ZERO
+
     def input_unit(self) -> str | None:
         """Unit of the control input that drives the effect, if there is one."""
         return None

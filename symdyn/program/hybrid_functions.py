@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import sympy as sp
 
+from symdyn.derive.equations import EquationsOfMotion
+from symdyn.derive.power import ENERGY_KINDS, of_kind
+from symdyn.derive.steps import Step
 from symdyn.derive.switches import HybridEquations, Switch, SwitchKind
 from symdyn.program.differentiate import differentiate
 from symdyn.program.function import Function
@@ -15,6 +18,7 @@ from symdyn.program.lower import lower
 from symdyn.program.ssa import Argument, Op, Program
 
 MODES = "s"
+BY_PARAMETERS = "_parameter_jacobian"
 
 
 def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
@@ -29,6 +33,7 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
     slips = tuple(str(s.mode) for s in hybrid.of_kind(SwitchKind.FRICTION))
     guards = lower("guards", arguments, (), _guards(hybrid), (len(_guards(hybrid)),))
     bounds = _bounds(hybrid)
+    bounds_program = lower("bounds", arguments, (), bounds, (len(bounds),))
     found = [
         Function(derivative, "Time derivative of x in a mode."),
         Function(differentiate(derivative, x.symbols, "state_derivative_state_jacobian"), "d state_derivative / d x."),
@@ -43,10 +48,13 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
         Function(differentiate(guards, x.symbols, "guards_state_jacobian"), "d guards / d x."),
         Function(differentiate(guards, u.symbols, "guards_input_jacobian"), "d guards / d u."),
         Function(
-            lower("bounds", arguments, (), bounds, (len(bounds),)),
+            bounds_program,
             "What guards are compared with: clearances, then lower, then upper limits.",
         ),
     ]
+    found += [Function(lower(name, arguments, steps, e, (len(e),)), doc) for name, steps, e, doc in _energy(hybrid)]
+    if is_affine(found):
+        found += _sensitivity(equations, (derivative, guards, bounds_program))
     if equations.sensors:
         output = lower("output", arguments, (), [s.value for s in equations.sensors], (len(equations.sensors),))
         found.append(Function(output, "What the sensors show, in the order of OUTPUTS."))
@@ -54,11 +62,28 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
     return tuple(Function(replace(f.program, arguments=split), f.doc) for f in found if f.program.outputs)
 
 
+def _energy(hybrid: HybridEquations) -> Iterator[tuple[str, Sequence[Step], list[sp.Expr], str]]:
+    flows = hybrid.flows
+    supplied, dissipated, stored = (list(of_kind(flows, kind).values()) for kind in ENERGY_KINDS)
+    yield "supplied_power", (), supplied, "Power in W that each of SUPPLIED takes from a supply."
+    yield "dissipated_power", (), dissipated, "Power in W that each of DISSIPATED turns to heat."
+    yield "stored_energy", hybrid.equations.energy_steps, stored, "Energy in J that each of STORED holds."
+
+
+def _sensitivity(equations: EquationsOfMotion, programs: Sequence[Program]) -> Iterator[Function]:
+    """Derivatives by the parameters, for exact sensitivities; large arms, which are not affine, do without."""
+    for program in programs:
+        if equations.parameters and program.outputs:
+            name = f"{program.name}{BY_PARAMETERS}"
+            yield Function(
+                differentiate(program, list(map(str, equations.parameters)), name), f"d {program.name} / d p."
+            )
+
+
 def is_affine(functions: Sequence[Function]) -> bool:
     """Whether rates and guards are affine in state and input in every mode: their derivatives know neither."""
-    return not any(
-        _knows(f.program, ("x", "u")) for f in functions if f.name.endswith("_jacobian") or f.name == "bounds"
-    )
+    deciding = [f for f in functions if f.name.endswith("_jacobian") or f.name == "bounds"]
+    return not any(_knows(f.program, ("x", "u")) for f in deciding if not f.name.endswith(BY_PARAMETERS))
 
 
 def _knows(program: Program, names: Sequence[str]) -> bool:

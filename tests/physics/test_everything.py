@@ -14,10 +14,12 @@ from symdyn.compiler import robot_from_text
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.derive.linearize import without_nonsmooth
 from symdyn.derive.ports import Attachment
+from symdyn.derive.power import of_kind, power_flows
 from symdyn.emit.latex import document
 from symdyn.emit.plain_text import equations as in_plain_text
 from symdyn.physics import catalogue, schemas
 from symdyn.physics.effect import PORT
+from symdyn.program.differentiate import differentiate
 from symdyn.program.evaluate import evaluate
 from symdyn.program.functions import functions
 from symdyn.program.lower import lower
@@ -137,3 +139,28 @@ def test_the_linear_part_keeps_what_is_smooth() -> None:
     assert set(kept) == {e.type for e in everything().effects} - jumping
     assert dict(kept["encoder"].values)["resolution"].is_zero
     assert not dict(kept["encoder"].values)["gain"].is_zero
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.data())
+def test_power_in_and_out_is_the_growth_of_what_is_stored(data: st.DataObject) -> None:
+    """Over all elements of the machine, by name: d stored/dt along its equations = supplied - dissipated."""
+    _, programs, values = machine()
+    x, u, _ = programs["state_derivative"].arguments
+    state = {a.name: data.draw(st.lists(NUMBER, min_size=len(a.symbols), max_size=len(a.symbols))) for a in (x, u)}
+    at = {**state, "p": values}
+    with workdps(DIGITS):
+        rate = evaluate(programs["state_derivative"], at, DIGITS)
+        powers = [evaluate(flow_program(kind), at, DIGITS) for kind in ("supplied", "dissipated")]
+        slopes = evaluate(differentiate(flow_program("stored"), x.symbols, "slopes"), at, DIGITS)
+        n = len(x.symbols)
+        growth = sum(slope * rate[k % n] for k, slope in enumerate(slopes))
+        assert abs(growth - sum(powers[0]) + sum(powers[1])) < mpf(10) ** -20 * (1 + sum(map(abs, powers[0])))
+
+
+@cache
+def flow_program(kind: str) -> Program:
+    equations, programs, _ = machine()
+    entries = list(of_kind(power_flows(equations), kind).values())
+    arguments = programs["state_derivative"].arguments
+    return lower(kind, arguments, equations.energy_steps if kind == "stored" else (), entries, (len(entries),))

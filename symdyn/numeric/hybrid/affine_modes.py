@@ -89,30 +89,8 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     nf, nc, nl = len(base.speeds), len(base.gap), len(base.argument)
     n = len(base.a)
     one = modes.one
-    a = base.a.copy()
-    for k in range(nf):
-        for i in range(n):
-            a[i, one] += base.friction[i, k] * state[k]
-    stuck = np.array([k for k in range(nf) if state[k] == 0], np.int64)
     sigma = modes.sigma[number]
-    for k in range(nf):
-        sigma[k, one] = state[k]
-    if len(stuck):
-        speeds = np.empty((len(stuck), n))
-        pull = np.empty((n, len(stuck)))
-        for r, k in enumerate(stuck):
-            speeds[r] = base.speeds[k]
-            pull[:, r] = base.friction[:, k]
-        share = _shares(speeds, pull, a)
-        for r, k in enumerate(stuck):
-            sigma[k] = share[r]
-            for i in range(n):
-                for j in range(n):
-                    a[i, j] += pull[i, r] * share[r, j]
-        for r in range(len(stuck)):
-            entry = only_entry(speeds[r])
-            if entry >= 0:  # stays zero exactly: its row is nothing but rounding
-                a[entry] = 0.0
+    a = mode_matrix(base, state, sigma, one)
     rate = growth_rate(a)
     if not (np.isfinite(rate) and np.all(np.isfinite(a))):
         return NOT_FINITE
@@ -175,6 +153,39 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     modes.rows[number, :, ORDER * most + LANES :] = a.T
     modes.made[0] += 1
     return number
+
+
+@compiled
+def mode_matrix(base: Base, state: Ints, sigma: Array, one: int) -> Array:
+    """(n, n) A of dz/dt = A z in the mode; entry ``one`` of z is 1.
+
+    ``sigma`` (nf, n) is filled in with each friction's share of its limit.
+    """
+    nf, n = len(base.speeds), len(base.a)
+    a = base.a.copy()
+    for k in range(nf):
+        sigma[k] = 0.0
+        sigma[k, one] = state[k]
+        for i in range(n):
+            a[i, one] += base.friction[i, k] * state[k]
+    stuck = np.array([k for k in range(nf) if state[k] == 0], np.int64)
+    if len(stuck):
+        speeds = np.empty((len(stuck), n))
+        pull = np.empty((n, len(stuck)))
+        for r, k in enumerate(stuck):
+            speeds[r] = base.speeds[k]
+            pull[:, r] = base.friction[:, k]
+        share = _shares(speeds, pull, a)
+        for r, k in enumerate(stuck):
+            sigma[k] = share[r]
+            for i in range(n):
+                for j in range(n):
+                    a[i, j] += pull[i, r] * share[r, j]
+        for r in range(len(stuck)):
+            entry = only_entry(speeds[r])
+            if entry >= 0:  # stays zero exactly: its row is nothing but rounding
+                a[entry] = 0.0
+    return a
 
 
 @compiled

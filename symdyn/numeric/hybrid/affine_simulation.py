@@ -22,6 +22,7 @@ from symdyn.numeric.hybrid.trajectory import (
     NO_ROOM,
     TOO_MANY,
     TOO_SHORT,
+    Beginning,
     Event,
     HybridTrajectory,
     check,
@@ -67,6 +68,7 @@ class Affine:
         states = np.zeros((len(time), nx))
         states[0] = x
         found: list[Event] = []
+        begun: list[Beginning] = []
         steps = tries = 0
         for first, last, step in stretches(time, signals):
             system, output, w = exosystem([signal.piece_at(first) for signal in signals], first)
@@ -76,7 +78,8 @@ class Affine:
             z[:nx], z[nx : nx + len(w)], z[nx + len(w)] = x, w, 1.0
             tally = np.zeros(len(TALLY), np.int64)
             reports = np.zeros((count + 1, nx))
-            status, events = _run(prepared, z, state, count, reports, tally)
+            status, events, switches = _run(prepared, z, state, count, reports, tally)
+            begun.append(Beginning(first, switches))
             horizon, ticks = prepared.horizon, 1 << (prepared.modes.step.shape[1] - 1)
             found += [event(row, first, horizon, machine) for row in events[: tally[EVENTS]]]
             if status != DONE:
@@ -85,7 +88,7 @@ class Affine:
             report(time, first, last, length, reports, states)
             x = z[:nx].copy()
         inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
-        return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
+        return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), tuple(begun), steps, tries)
 
     def _prepare(self, system: Array, output: Array, length: float) -> _Prepared:
         key = (system.tobytes(), output.tobytes(), length)
@@ -97,16 +100,19 @@ class Affine:
         return self._prepared[key]
 
 
-def _run(prepared: _Prepared, z: Array, state: Ints, count: int, reports: Array, tally: Ints) -> tuple[int, Array]:
-    """Propagate to the end, making room and bases as they are needed."""
+def _run(
+    prepared: _Prepared, z: Array, state: Ints, count: int, reports: Array, tally: Ints
+) -> tuple[int, Array, tuple[int, ...]]:
+    """Propagate to the end, making room and bases as they are needed; also the switches at the beginning."""
+    switches = tuple(state.tolist())
     if prepared.stride > MOST_STEPS:
-        return TOO_SHORT, np.zeros((0, 4))
+        return TOO_SHORT, np.zeros((0, 4)), switches
     events, begun = np.zeros((EVENTS_AT_FIRST, 4)), False
     while True:
         bases, known = pick(prepared.bases.stacked, 0), prepared.bases.known
         if not begun:
             status = begin(z, state, bases, known, tally)
-            begun = status == DONE
+            begun, switches = status == DONE, tuple(state.tolist())
         if begun:
             status = affine.propagate(
                 z, state, bases, known, prepared.modes, prepared.horizon, count * prepared.stride, prepared.stride,
@@ -119,7 +125,7 @@ def _run(prepared: _Prepared, z: Array, state: Ints, count: int, reports: Array,
         elif status == TOO_MANY and len(events) < MOST_EVENTS:
             events = np.concatenate([events, np.zeros_like(events)])
         else:
-            return status, events
+            return status, events, switches
 
 
 def simulate_affine(

@@ -72,7 +72,7 @@ class Bases:
     def room(self, modes: int, levels: int) -> Modes:
         """Empty storage for modes of one set."""
         signals = self.systems.shape[1]
-        machine, one = self.machine, len(self.machine.kernel.states) + signals
+        machine, one = self.machine, self.machine.size + signals
         return room(modes, levels, machine.width(signals), one, machine.count(FRICTION), machine.most_guards)
 
 

@@ -68,6 +68,12 @@ def expm1_levels(a: Array, rate: float, step: float, out: Array) -> None:
                     f[i, j] = 2.0 * f[i, j] + term[i, j]
 
 
+def legendre(count: int) -> tuple[Array, Array]:
+    """Points and weights of Gauss and Legendre on (0, 1)."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    return 0.5 + 0.5 * points, 0.5 * weights
+
+
 @compiled
 def bound_of_exponential(a: Array, delta: float) -> Array:
     """(n, n) B with |exp(A t)| <= B entry by entry for 0 <= t <= delta: exp(|A| delta), rounded up."""

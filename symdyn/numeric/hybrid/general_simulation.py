@@ -14,6 +14,7 @@ from symdyn.numeric.hybrid.trajectory import (
     DONE,
     EVENTS_AT_FIRST,
     MOST_EVENTS,
+    Beginning,
     Event,
     HybridTrajectory,
     check,
@@ -59,6 +60,7 @@ def simulate_general(
     states = np.zeros((len(time), nx))
     states[0] = x
     found: list[Event] = []
+    begun: list[Beginning] = []
     step, smallest = np.array([FIRST_STEP]), np.full(nx, tolerance * NEGLIGIBLE)
     steps = tries = 0
     for first, last, dt in stretches(time, signals):
@@ -66,6 +68,7 @@ def simulate_general(
         u = np.zeros(nu)
         module._inputs(0.0, powers, sines, u)
         module.begin(x, u, switches)
+        begun.append(Beginning(first, tuple(switches.tolist())))
         count = max(1, round((last - first) / dt))
         length = (last - first) / count
         every = np.zeros((count + 1, nx))
@@ -83,7 +86,7 @@ def simulate_general(
         steps, tries = steps + int(tally[1]), tries + int(tally[2])
         report(time, first, last, length, every, states)
     inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
-    return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
+    return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), tuple(begun), steps, tries)
 
 
 def _pieces(pieces: Sequence[Piece], now: float) -> tuple[Array, Array]:

@@ -32,13 +32,28 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
+class Beginning:
+    """The state of every switch (S,) from ``time`` on: at the start, and where the course of an input changes.
+
+    As in events, with +-2 for a contact that is beyond its clearance without pushing.
+    """
+
+    time: float
+    switches: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class HybridTrajectory:
-    """States (N, nx), inputs (N, nu) at ``time`` (N,), and all events between; ``steps`` were proven free of others."""
+    """States (N, nx), inputs (N, nu) at ``time`` (N,), and all events between; ``steps`` were proven free of others.
+
+    ``beginnings`` and events together tell the mode at any time.
+    """
 
     time: Array
     states: Array
     inputs: Array
     events: tuple[Event, ...]
+    beginnings: tuple[Beginning, ...]
     steps: int
     tries: int
 

@@ -62,6 +62,9 @@ class DCMotor(Effect):
     def stored_energy(self, p: Values, z: Sequence[sp.Expr]) -> sp.Expr:
         return sum((p["inductance"] * current**2 / 2 for current in z), sp.Integer(0))
 
+    def supplied(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
+        return control * self.current(port, p, z, control)
+
     def input_unit(self) -> str:
         return "V"
 
