@@ -37,15 +37,16 @@ def crossed(
     """
     found = []
     rates = mode.a @ z
-    by_p, bounds_by_p = _by_parameters(machine, mode, z, which)
+    nx = len(machine.kernel.states)
+    guards, bounds = (_by_parameters(machine, name, mode, z)[:, which] for name in ("guards", "bounds"))
     for k, (old, new) in enumerate(zip(before, after, strict=True)):
         if old != new:
             place = _place(machine, mode, k, old, new)
             if place is not None:
-                row, bound, guard, limit = place
-                slope = by_p[guard] - (0.0 if limit is None else _sign(limit) * bounds_by_p[limit[1]])
-                value, rate = float(row @ z) - bound, float(row @ rates)
-                found.append(Guard(value, rate, row[: len(machine.kernel.states)], slope))
+                slope = guards[place.guard]
+                if place.bound is not None:
+                    slope = slope - place.sign * bounds[place.bound]
+                found.append(Guard(float(place.row @ z) - place.level, float(place.row @ rates), place.row[:nx], slope))
     return min(found, key=_distance) if found else None
 
 
@@ -81,36 +82,40 @@ def stopped(machine: Machine, mode: LinearMode, s: Array, z: Array, which: Seque
     return np.asarray(s - pull @ np.linalg.solve(speeds @ pull, left))
 
 
-def _place(
-    machine: Machine, mode: LinearMode, k: int, old: int, new: int
-) -> tuple[Array, float, int, tuple[int, int] | None] | None:
-    """Row over z, bound, number among the guards, and (sign, number) of the bound, of the switch that changes."""
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A guard ``row`` z - ``level``, by its number among the guards; ``level`` is ``sign`` times a bound."""
+
+    row: Array  # (n,)
+    level: float
+    guard: int
+    sign: int = 1
+    bound: int | None = None
+
+
+def _place(machine: Machine, mode: LinearMode, k: int, old: int, new: int) -> _Place | None:
+    """What switch ``k`` watches as it goes from ``old`` to ``new``; None for a friction that sets off."""
     base = mode.base
     nf, nc, nl = (machine.count(kind) for kind in (FRICTION, CONTACT, LIMIT))
     if k < nf:
-        return None if old == 0 else (base.speeds[k], 0.0, k, None)
+        return None if old == 0 else _Place(base.speeds[k], 0.0, k)
     way = 1 if (new or old) > 0 else -1
     if k < nf + nc:
         c = k - nf
         if 0 in (old, new):
-            return base.gap[c], way * float(base.gap_half[c]), k, (way, c)
-        return (base.high[c] if way > 0 else base.low[c]), 0.0, k + (nc if way > 0 else 2 * nc), None
+            return _Place(base.gap[c], way * float(base.gap_half[c]), k, way, c)
+        return _Place(base.high[c], 0.0, k + nc) if way > 0 else _Place(base.low[c], 0.0, k + 2 * nc)
     m = k - nf - nc
     side = 1 if way > 0 else 0
-    return base.argument[m], float(base.limits[m, side]), nf + 3 * nc + m, (1, nc + side * nl + m)
+    return _Place(base.argument[m], float(base.limits[m, side]), nf + 3 * nc + m, 1, nc + side * nl + m)
 
 
-def _sign(limit: tuple[int, int]) -> float:
-    return float(limit[0])
-
-
-def _by_parameters(machine: Machine, mode: LinearMode, z: Array, which: Sequence[int]) -> tuple[Array, Array]:
-    """d guards / d p and d bounds / d p at z, of the parameters ``which``."""
+def _by_parameters(machine: Machine, name: str, mode: LinearMode, z: Array) -> Array:
+    """(rows, np) derivatives of "guards" or "bounds" at z; no rows where the machine has none."""
     nx, nw = len(machine.kernel.states), mode.output.shape[1]
-    x, u = z[:nx], mode.output @ z[nx : nx + nw]
-    names = ("guards_parameter_jacobian", "bounds_parameter_jacobian")
-    found = [machine.call(name, x, u, mode.modes) for name in names]
-    return tuple(f[:, which] if f.size else np.zeros((0, len(which))) for f in found)  # type: ignore[return-value]
+    found = machine.call(f"{name}_parameter_jacobian", z[:nx], mode.output @ z[nx : nx + nw], mode.modes)
+    count = len(machine.kernel.parameters)
+    return found.reshape(found.size // max(1, count), count)
 
 
 def _distance(guard: Guard) -> float:

@@ -93,6 +93,13 @@ def test_the_seed_drive_against_differences() -> None:
         assert error.max() < 1e-5, name
 
 
+def test_a_start_alone() -> None:
+    """Without parameters in question: under a force, dx/dv is the time."""
+    found = simulate_sensitivities(machine(SLIDER + COULOMB), np.array([0.0, 0.5]), [constant(9.0)], initial=True)
+    assert found.names == ("start of slide.q", "start of slide.qd")
+    np.testing.assert_allclose(found.values[-1], [[1.0, 0.5], [0.0, 1.0]], rtol=1e-12)
+
+
 def test_parameters_of_the_call_are_used() -> None:
     block = machine(SLIDER + COULOMB)
     name = next(p for p in block.kernel.parameters if "level" in p)
