@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.drive.machine import seed_drive
 from benchmarks.drive.reference import SINE, STEP
 from symdyn.base.errors import InputError
 from symdyn.compiler import compile_hybrid, robot_from_text
@@ -20,7 +21,7 @@ from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.signals import Signal, constant, sine, step
 from symdyn.numeric.hybrid.simulate import simulate_events
 
-from .machines import COULOMB, GAP, PAIR, SLIDER, effect, machine, seed_drive
+from .machines import COULOMB, GAP, PAIR, SLIDER, effect, machine
 
 Array = NDArray[np.float64]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.drive.machine import seed_drive
 from symdyn.base.errors import InputError, NumericalError
 from symdyn.numeric.hybrid.affine_simulation import simulate_affine
 from symdyn.numeric.hybrid.machine import Machine
@@ -13,7 +14,7 @@ from symdyn.numeric.hybrid.saltation import Guard, jumped
 from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.signals import constant, step
 
-from .machines import COULOMB, SLIDER, effect, machine, seed_drive
+from .machines import COULOMB, SLIDER, effect, machine
 
 Array = NDArray[np.float64]
 
