@@ -86,10 +86,9 @@ def report(time: Array, first: float, last: float, horizon: float, every: Array,
     """Copy what was computed at the ends of steps to the reporting times among them."""
     dt = float(time[1] - time[0])
     low, high = _ceil((first - time[0]) / dt), _floor((last - time[0]) / dt)
-    for k in range(max(low, 1), min(high, len(time) - 1) + 1):
-        row = round((time[0] + k * dt - first) / horizon)
-        if row > 0:
-            states[k] = every[row]
+    k = np.arange(max(low, 1), min(high, len(time) - 1) + 1)
+    rows = np.rint((time[0] + k * dt - first) / horizon).astype(np.int64)
+    states[k[rows > 0]] = every[rows[rows > 0]]
 
 
 def check(time: Array, x: Array, nx: int, signals: Sequence[Signal], nu: int) -> None:
