@@ -56,12 +56,13 @@ def two_axes(j: Jumps) -> str:
         figure = Figure(figsize=(WIDTH * 0.8, 6.4), layout="constrained")
         angle, error, twist = figure.subplots(3, 1, sharex=True)
         found = j.both.found
-        angle.plot(found.time, j.both.asked[:, 0], color=INK, linestyle="--", linewidth=0.9, label="asked of both")
         bandwidth = _MILLI * CLEARANCE
         twist.axhspan(-bandwidth, bandwidth, color=QUIET, alpha=0.15, linewidth=0)
         for k, (joint, colour) in enumerate(zip(joints, COLOURS, strict=False)):
             q = found.states[:, states.index(f"{joint}.q")]
             angle.plot(found.time, q, color=colour, label=joint)
+            asked = "asked" if k == 0 else None
+            angle.plot(found.time, j.both.asked[:, k], color=INK, linestyle="--", linewidth=0.8, label=asked)
             error.plot(found.time, _MILLI * (j.both.asked[:, k] - q), color=colour, label=joint)
             spring = _MILLI * (found.states[:, states.index(f"{joint}.harmonic_drive.q")] - ratio * q)
             twist.plot(found.time, spring, color=colour, linewidth=0.9)

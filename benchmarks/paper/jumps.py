@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,8 @@ SETTLED = 1e-4
 SERVO = {"proportional": "50 V/rad", "derivative": "0.5 V s/rad", "limit": "24 V"}
 ARM = "irb6-arm-drives"
 HOLD, MOVE = 5.0, 1.5  # s
-ANGLE, SPEED, ACCELERATION = 0.5, 0.8, 4.0  # of the joints: rad, rad/s, rad/s^2
+LIFT = 0.6  # rad: the arm's angle at the start, above the horizontal
+ANGLE, SPEED, ACCELERATION = 1.0, 2.0, 10.0  # of the joints: rad, rad/s, rad/s^2
 TOLERANCE = 1e-9  # of the arm's integration
 
 
@@ -79,7 +80,7 @@ def jumps() -> Jumps:
     hertz = np.union1d(np.geomspace(LOW, HIGH, POINTS), np.geomspace(*NEAR, NEAR_POINTS))
     measured = {f"{a:g} V": stepped_sine(full, hertz, a, settled=SETTLED) for a in AMPLITUDES}
     arm = Machine(compile_hybrid(load_robot(ARM)))
-    return Jumps(steps, servo, measured, full, arm, _move(arm, (1.0, 1.0)), _move(arm, (1.0, 0.0)))
+    return Jumps(steps, servo, measured, full, arm, _move(arm, (1.0, -1.0)), _move(arm, (1.0, 0.0)))
 
 
 def turns(arm: Machine) -> float:
@@ -90,7 +91,7 @@ def turns(arm: Machine) -> float:
 def cases(j: Jumps) -> dict[str, tuple[float, Callable[[], HybridTrajectory]]]:
     """What is simulated to see how long it takes: the time that passes in the machine, and the simulation."""
     closed, ratio = drive(True, True, servo=True), turns(j.arm)
-    both = [trapezoid(ratio * ANGLE, ratio * SPEED, ratio * ACCELERATION)] * 2
+    both = _asked(ratio, (1.0, -1.0))
     begin = j.both.found.states[0]
     return {
         "drive and servo, step": (1.0, lambda: simulate_events(closed, np.linspace(0.0, 1.0, 101), [step(1.0)])),
@@ -104,8 +105,16 @@ def cases(j: Jumps) -> dict[str, tuple[float, Callable[[], HybridTrajectory]]]:
 
 def _move(arm: Machine, share: tuple[float, float]) -> ArmRun:
     ratio = turns(arm)
-    held = simulate_events(arm, np.linspace(0.0, HOLD, 11), [constant(0.0), constant(0.0)], tolerance=TOLERANCE)
-    signals = [trapezoid(s * ratio * ANGLE, ratio * SPEED, ratio * ACCELERATION) for s in share]
+    still = [constant(0.0), constant(ratio * LIFT)]
+    held = simulate_events(arm, np.linspace(0.0, HOLD, 11), still, tolerance=TOLERANCE)
+    signals = _asked(ratio, share)
     time = np.linspace(0.0, MOVE, 1501)
     found = simulate_events(arm, time, signals, start=held.states[-1], tolerance=TOLERANCE)
     return ArmRun(found.inputs / ratio, found)
+
+
+def _asked(ratio: float, share: tuple[float, float]) -> list[Signal]:
+    """References of both motors, for shares of the angle."""
+    column, arm = (trapezoid(s * ratio * ANGLE, ratio * SPEED, ratio * ACCELERATION) for s in share)
+    lifted = (replace(p, powers=(p.powers[0] + ratio * LIFT, *p.powers[1:])) for p in arm.pieces)
+    return [column, Signal(tuple(lifted))]
