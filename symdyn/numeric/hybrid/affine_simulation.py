@@ -21,6 +21,7 @@ from symdyn.numeric.hybrid.trajectory import (
     TOO_MANY,
     Event,
     HybridTrajectory,
+    at_a_jump,
     check,
     event,
     give_up,
@@ -73,7 +74,9 @@ def simulate_affine(
         tally = np.zeros(5, np.int64)
         levels = min(MOST, max(FEWEST, 1 + math.ceil(math.log2(horizon / LOCATED))))
         modes = room(MODES_AT_FIRST, levels, n, machine.count(FRICTION), machine.most_guards)
+        before = state.copy()
         affine.begin(z, state, bases, known)
+        found += at_a_jump(before, state, first, machine) if first > time[0] else []
         while True:
             status = affine.propagate(
                 z, state, bases, known, modes, horizon, int(tally[3]), count, every, events, tally

@@ -16,6 +16,7 @@ from symdyn.numeric.hybrid.trajectory import (
     MOST_EVENTS,
     Event,
     HybridTrajectory,
+    at_a_jump,
     check,
     event,
     give_up,
@@ -65,7 +66,9 @@ def simulate_general(
         powers, sines = _pieces([signal.piece_at(first) for signal in signals], first)
         u = np.zeros(nu)
         module._inputs(0.0, powers, sines, u)
+        before = switches.copy()
         module.begin(x, u, switches)
+        found += at_a_jump(before, switches, first, machine) if first > time[0] else []
         count = max(1, round((last - first) / dt))
         length = (last - first) / count
         every = np.zeros((count + 1, nx))
