@@ -285,7 +285,7 @@ def test_simulate_writes_named_columns_that_conserve_energy(rod: Path, tmp_path:
     arguments = ("simulate", rod, "-t", "2", "--step", "0.01", "-x", "pivot.q=1.2")
     done = run(*arguments, "--out", path)
     assert (done.code, done.out) == (0, "")
-    assert f"201 rows, jumps smoothed over 0.001: {path}\n" in done.err
+    assert f"201 rows, 0 events located: {path}\n" in done.err
     table = pd.read_csv(path)
     assert list(table) == ["time [s]", "pivot.q [rad]", "pivot.qd [rad/s]", "pivot.effort [N m]"]
     np.testing.assert_allclose(table["time [s]"], 0.01 * np.arange(201), atol=1e-12)
