@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.paper.page import FIGURES, page
 from benchmarks.paper.study import Study, study
+from symdyn.numeric.linear.response import frequency_response
 
 DOCS = Path(__file__).parent.parent / "docs"
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
@@ -44,3 +46,37 @@ def test_a_figure_shows_what_it_says(found: Study) -> None:
     written = (DOCS / "paper" / "figure-12.svg").read_text(encoding="utf-8")
     assert {"nominal", "c_3 × 0.5", "c_3 × 2"} <= set(re.findall(r">([^<>]+)</text>", written))
     assert written == FIGURES["figure-12.svg"](found)
+
+
+def test_friction_stops_the_motor_to_the_last_bit(found: Study) -> None:
+    run = found.jumps.steps["friction and clearance"]
+    last = [e for e in run.events if e.kind == "friction"][-1]
+    assert (last.after, last.time) == (0, pytest.approx(0.6677, abs=1e-4))
+    after = run.time > last.time
+    motor, load = run.states[after, 1], run.states[after, 3]
+    assert np.all(motor == motor[0])
+    assert np.ptp(load) > 1e-3
+
+
+def test_what_is_measured_at_an_amplitude_nears_the_linear_part_and_is_odd(found: Study) -> None:
+    """The larger the signal, the smaller the share of friction; even where the drive leans to one side, once."""
+    changes = []
+    for measured in found.jumps.measured.values():
+        assert measured.settled.all()
+        assert np.sum(measured.even > 1e-3) <= 1
+        assert np.median(measured.even) < 1e-9
+        linear = frequency_response(found.system, measured.hertz).values
+        changes.append(np.median(np.abs(measured.values - linear) / np.abs(linear)))
+    assert changes[0] > 2 * changes[1] > 4 * changes[2]
+
+
+def test_the_arm_hangs_on_its_drive_as_statics_say(found: Study) -> None:
+    """At rest the flexspline holds m g l/2 cos q / N: c_3 (twist - S)."""
+    jumps = found.jumps
+    values = dict(zip(jumps.arm.kernel.parameters, jumps.arm.kernel.values, strict=True))
+    x = dict(zip(jumps.arm.kernel.states, jumps.both.found.states[0], strict=True))
+    twist = x["arm.harmonic_drive.q"] - values["N"] * x["arm.q"]
+    torque = values["g"] * values["m"] * values["length"] / 2 * np.cos(x["arm.q"]) / values["N"]
+    assert values["c_3"] * (twist - values["S"]) == pytest.approx(torque, rel=1e-4)
+    assert values["N"] == pytest.approx(np.sqrt(values["m"] / 372e-6) / 2, rel=1e-6)
+    assert x["arm.q"] == pytest.approx(0.6, abs=0.01)

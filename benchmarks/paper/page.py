@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from benchmarks.paper import jump_plots
 from benchmarks.paper.claims import bands_table, claims
+from benchmarks.paper.jump_page import amplitudes, how_long, step_response, two_axes
 from benchmarks.paper.misprints import arm_table, drive_equations, lost_damper, ratio_of_21
 from benchmarks.paper.study import PRINTED_HERTZ, TOLERANCE, Study, ranking, response_of
 from symdyn.faces.reduce_command import told
 from symdyn.faces.report import linear_plots
+from symdyn.faces.report.distortion_plots import measured
 from symdyn.numeric.linear.modes import Mode
 from symdyn.numeric.linear.propose import Reduction
 
@@ -23,10 +26,13 @@ def _bode(s: Study) -> str:
 
 FIGURES: Mapping[str, Callable[[Study], str]] = {
     "figure-10.svg": lambda s: linear_plots.overview(response_of(s, s.system), s.extrema, s.modes),
+    "amplitudes.svg": lambda s: measured(s.jumps.measured, response_of(s, s.system)),
+    "figure-11.svg": lambda s: jump_plots.step_response(s.jumps),
     "figure-12.svg": lambda s: linear_plots.variations(s.varied, ["c_3"]),
     "variations.svg": lambda s: linear_plots.variations(s.varied, ["L", "d_2", "d_3", "J_4"]),
     "sensitivities.svg": lambda s: linear_plots.sensitivities(s.local),
     "reduced.svg": _bode,
+    "two-axes.svg": lambda s: jump_plots.two_axes(s.jumps),
 }
 
 
@@ -42,6 +48,8 @@ prints, by symdyn, when this page is made. What was wrong in print is told at le
     symdyn frequency irb6-axis1
     symdyn sensitivity irb6-axis1
     symdyn reduce irb6-axis1 --from 0.1 --to 100
+    symdyn frequency irb6-axis1 --amplitude 4
+    symdyn simulate irb6-axis1 -u axis1.motor.voltage=step:5 --events events.csv
 
 ## The model
 
@@ -55,7 +63,7 @@ inertias, and the current. Equations 14 to 17 and the torque of the motor come o
 {drive_equations()}
 ```
 
-Everything on this page up to figure 11 is the linear part: no Coulomb friction T_f, no clearance S.
+Unless it is said that Coulomb friction T_f and clearance S are there, what follows is the linear part without them.
 
 ## Modes
 
@@ -78,6 +86,14 @@ Other poles: {_real_poles(s)}.
 ![Frequency response, Nyquist plot and poles](paper/figure-10.svg)
 
 {_peaks(s)}
+
+### At an amplitude
+
+{amplitudes(s.jumps, response_of(s, s.system))}
+
+## Figure 11: the step response
+
+{step_response(s.jumps)}
 
 ## Figure 12: one parameter at a time
 
@@ -131,6 +147,14 @@ counted from the upward vertical as in the paper:
 Derived over printed, eq. 21 is `{ratio_of_21()}`: the l² is missing, and the number is half of what it must be.
 [seed.md](seed.md#the-coriolis-torque-eq-21) shows what that does to the angular momentum.
 
+### With both drives
+
+{two_axes(s.jumps)}
+
+## How long a simulation takes
+
+{how_long(s.jumps)}
+
 ## Other misprints
 
 The assembled model loses the damping torque d_2 (φ₃' - φ₂') of eq. 15 in the equation of J_2, and keeps it in that of
@@ -143,18 +167,7 @@ under the homogeneous coordinates must not be; eq. 4 is the inverse of what its 
 Newton and Euler starts with the *acceleration* g of its base; τ = nᵀ z needs both in one frame. [seed.md](seed.md) has
 them one by one, and `tests/derive/test_seed.py` holds each.
 
-## Figure 11: the step response, and how long a simulation takes
-
-{_simulation()}
 """
-
-
-def _simulation() -> str:
-    """What needs the jumps; everything else of the page is linear."""
-    return (
-        "Figure 11 shows Coulomb friction and clearance at work, which the linear part leaves out. "
-        "`symdyn simulate irb6-axis1`\nhas both."
-    )
 
 
 def _ranked(s: Study) -> str:

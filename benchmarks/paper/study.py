@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.paper.jumps import Jumps, jumps
 from symdyn.base.linear_system import LinearFamily, LinearSystem
 from symdyn.compiler import linearise, load_robot
 from symdyn.derive.linearize import without_nonsmooth
@@ -27,7 +28,7 @@ PRINTED_HERTZ = (16.0, 600.0, 1200.0)
 
 @dataclass(frozen=True)
 class Study:
-    """The drive without its jumps (T_f and S), from motor voltage to tachometer voltage."""
+    """The drive without its jumps (T_f and S), from motor voltage to tachometer voltage; ``jumps``: with them."""
 
     robot: Robot
     family: LinearFamily
@@ -39,6 +40,7 @@ class Study:
     varied: OneAtATime
     control: Reduction
     whole: Reduction
+    jumps: Jumps
 
     @property
     def swinging(self) -> tuple[Mode, ...]:
@@ -80,6 +82,7 @@ def study() -> Study:
         varied=one_at_a_time(family, hertz),
         control=propose(family, CONTROL, TOLERANCE),
         whole=propose(family, WHOLE, TOLERANCE),
+        jumps=jumps(),
     )
 
 

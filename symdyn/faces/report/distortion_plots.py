@@ -18,7 +18,7 @@ from symdyn.numeric.linear.response import Response
 
 Array = NDArray[np.float64]
 
-_SEEN = 1e-7  # of the fundamental: distortions below it are rounding
+_SEEN = 1e-6  # of the fundamental: distortions below it are rounding
 _FAINT = 1e-5  # of the largest magnitude: phases below it are not drawn
 
 

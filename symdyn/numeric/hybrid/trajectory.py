@@ -15,6 +15,7 @@ from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.signals import Signal
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 EVENTS_AT_FIRST, MOST_EVENTS = 4096, 10_000_000
 DONE, NEED_BASE, NO_ROOM, CHATTERS, TOO_MANY, NOT_FINITE, TOO_SHORT = range(7)  # how a stretch ended
@@ -106,6 +107,12 @@ def event(row: Array, first: float, unit: float, machine: Machine) -> Event:
     k = int(row[1])
     module = machine.kernel.module
     return Event(first + float(row[0]) * unit, module.SWITCHES[k], module.SWITCH_KINDS[k], int(row[2]), int(row[3]))
+
+
+def at_a_jump(before: Ints, after: Ints, time: float, machine: Machine) -> list[Event]:
+    """What a jump of the inputs at ``time`` changes at once; ``before`` and ``after`` (switches,)."""
+    rows = [np.array([0.0, k, before[k], after[k]]) for k in np.flatnonzero(before != after)]
+    return [event(row, time, 1.0, machine) for row in rows]
 
 
 def give_up(status: int, reached: float, found: Sequence[Event]) -> Never:

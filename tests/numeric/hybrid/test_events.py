@@ -74,6 +74,16 @@ def test_it_sets_off_when_the_load_exceeds_the_limit(way: Way, close: float) -> 
 
 
 @ways
+def test_what_a_jump_of_the_load_sets_off_is_an_event(way: Way, close: float) -> None:
+    """At once, at 0.5 s; what the run begins with is none. At 1.25 s 1 N are not enough, and it stops 0.75 s later."""
+    signal = sampled(np.array([0.0, 0.5, 1.25]), np.array([0.0, 5.0, 1.0]), hold=True)
+    result = way(machine(SLIDER + COULOMB), times(3.0), [signal])
+    assert [(e.before, e.after) for e in result.events] == [(0, 1), (1, 0)]
+    assert [e.time for e in result.events] == pytest.approx([0.5, 2.0], abs=close * 100)
+    assert way(machine(SLIDER + COULOMB), times(0.5), [constant(5.0)]).events == ()
+
+
+@ways
 @pytest.mark.parametrize("way_round", [1.0, -1.0])
 def test_a_sliding_body_stops_and_stays(way: Way, close: float, way_round: float) -> None:
     """m v' = -3 N: from 2.4 m/s it stops after 1.6 s, and 1.92 m; both signs alike."""
