@@ -79,8 +79,10 @@ class Affine:
             z[:nx], z[nx : nx + len(w)], z[nx + len(w)] = x, w, 1.0
             tally = np.zeros(len(TALLY), np.int64)
             reports = np.zeros((count + 1, nx))
+            before = state.copy()
             status, events, switches = _run(prepared, z, state, count, reports, tally)
             begun.append(Beginning(first, switches))
+            found += at_a_jump(before, np.array(switches), first, machine) if first > time[0] else []
             horizon, ticks = prepared.horizon, 1 << (prepared.modes.step.shape[1] - 1)
             found += [event(row, first, horizon, machine) for row in events[: tally[EVENTS]]]
             if status != DONE:
@@ -141,64 +143,4 @@ def simulate_affine(
     Raises InputError (SD302) for bad times, start or signals, NumericalError (SD303) where the switches chatter or
     the state leaves the finite numbers, with the place and the time.
     """
-<<<<<<< HEAD
     return Affine(machine).simulate(time, signals, start=start)
-=======
-    kernel = machine.kernel
-    nx, nu = machine.size, len(kernel.inputs)
-    x = np.zeros(nx) if start is None else np.array(start, dtype=np.float64)
-    check(time, x, nx, signals, nu)
-    switches = len(machine.switches)
-    state = np.zeros(switches, np.int64)
-    states = np.zeros((len(time), nx))
-    states[0] = x
-    found: list[Event] = []
-    steps = tries = 0
-    for first, last, step in stretches(time, signals):
-        pieces = [signal.piece_at(first) for signal in signals]
-        system, output, w = exosystem(pieces, first)
-        bases, known = machine.bases(system, output)
-        n = bases.a.shape[1]
-        z = np.zeros(n)
-        z[:nx], z[nx : nx + len(w)], z[-1] = x, w, 1.0
-        longest = LONGEST / max(growth_rate(a) for a in bases.a)
-        count = max(1, round((last - first) / step)) * max(1, int(np.ceil(step / longest)))
-        horizon = (last - first) / count
-        every = np.zeros((count + 1, n))
-        events = np.zeros((EVENTS_AT_FIRST, 4))
-        tally = np.zeros(5, np.int64)
-        levels = min(MOST, max(FEWEST, 1 + math.ceil(math.log2(horizon / LOCATED))))
-        modes = room(MODES_AT_FIRST, levels, n, machine.count(FRICTION), machine.most_guards)
-        before = state.copy()
-        affine.begin(z, state, bases, known)
-        found += at_a_jump(before, state, first, machine) if first > time[0] else []
-        while True:
-            status = affine.propagate(
-                z, state, bases, known, modes, horizon, int(tally[3]), count, every, events, tally
-            )
-            if status == NO_ROOM:
-                modes = _roomier(modes)
-            elif status == TOO_MANY and len(events) < MOST_EVENTS:
-                events = np.concatenate([events, np.zeros_like(events)])
-            else:
-                break
-        reached = first + (tally[3] + tally[4] * 0.5 ** (levels - 1)) * horizon
-        found += [event(row, first, horizon, machine) for row in events[: tally[0]]]
-        if status != DONE:
-            give_up(status, reached, found)
-        steps, tries = steps + int(tally[1]), tries + int(tally[2])
-        report(time, first, last, horizon, every[:, :nx], states)
-        x = z[:nx].copy()
-    inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
-    return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
-
-
-def _roomier(modes: Modes) -> Modes:
-    """Twice the storage, with the modes that are made already."""
-    made, size = len(modes.codes), modes.bounds.shape
-    grown = room(2 * made, modes.step.shape[1], size[1], modes.sigma.shape[1], size[2])
-    grown.made[:] = modes.made
-    for new, old in zip(grown[1:], modes[1:], strict=True):
-        new[:made] = old
-    return grown
->>>>>>> d986f42938588c11d25e1f92a5478d859e018297

@@ -70,11 +70,8 @@ def simulate_general(
         module._inputs(0.0, powers, sines, u)
         before = switches.copy()
         module.begin(x, u, switches)
-<<<<<<< HEAD
         begun.append(Beginning(first, tuple(switches.tolist())))
-=======
         found += at_a_jump(before, switches, first, machine) if first > time[0] else []
->>>>>>> d986f42938588c11d25e1f92a5478d859e018297
         count = max(1, round((last - first) / dt))
         length = (last - first) / count
         every = np.zeros((count + 1, nx))
