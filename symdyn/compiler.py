@@ -15,6 +15,7 @@ from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
 from symdyn.base.linear_system import Array, LinearFamily
 from symdyn.base.memory import collector_paused
+from symdyn.derive.clocks import require_continuous
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.derive.linearize import without_null_effects
 from symdyn.derive.switches import hybrid_equations
@@ -104,6 +105,8 @@ def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
     """
     with collector_paused():
         equations = equations_of_motion(robot)
+        if smoothing is not None:
+            require_continuous(equations, "a simulation with smoothing")
         return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
@@ -125,7 +128,9 @@ def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> L
     Effects that jump have slope zero or one there; ``without_nonsmooth`` takes them out.
     """
     with collector_paused():
-        return linear_family(equations_of_motion(robot), x, u)
+        equations = equations_of_motion(robot)
+        require_continuous(equations, "a linear model")
+        return linear_family(equations, x, u)
 
 
 def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:

@@ -12,6 +12,7 @@ import sympy as sp
 from symdyn.base import symbols
 from symdyn.base.errors import InputError, Problem
 from symdyn.base.nonsmooth import clip, deadzone, outside, pushing, sign_of, step
+from symdyn.derive.clocks import Clock, clocks
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.forces import Contribution
 
@@ -48,10 +49,14 @@ class Switch:
 
 @dataclass(frozen=True, slots=True)
 class HybridEquations:
-    """Equations without jumps: in each mode they are smooth. Switches stand by kind, in the order of SwitchKind."""
+    """Equations without jumps: in each mode they are smooth. Switches stand by kind, in the order of SwitchKind.
+
+    What clocks do is not of any mode, and keeps its jumps and kinks.
+    """
 
     equations: EquationsOfMotion
     switches: tuple[Switch, ...]
+    clocks: tuple[Clock, ...] = ()
 
     def of_kind(self, kind: SwitchKind) -> tuple[Switch, ...]:
         return tuple(s for s in self.switches if s.kind is kind)
@@ -78,7 +83,7 @@ def hybrid_equations(equations: EquationsOfMotion) -> HybridEquations:
         )
         for s in switches
     ]
-    return HybridEquations(_mapped(equations, lambda e: found.smooth(e).xreplace(names)), tuple(smooth))
+    return HybridEquations(_mapped(equations, lambda e: found.smooth(e).xreplace(names)), tuple(smooth), clocks(equations))
 
 
 def _expressions(equations: EquationsOfMotion) -> Iterator[tuple[str, sp.Expr]]:

@@ -10,7 +10,9 @@ from symdyn.emit.kernel_source import kernel_source
 from symdyn.emit.tables import name_tables
 from symdyn.emit.templates import render
 
-NEEDED = ("state_derivative", "state_derivative_friction_jacobian", "guards", "guards_state_jacobian", "bounds")
+NEEDED = (
+    "state_derivative", "state_derivative_friction_jacobian", "guards", "guards_state_jacobian", "bounds", "updates",
+)  # fmt: skip
 
 
 def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) -> str:
@@ -28,7 +30,9 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) 
     if "state_derivative" not in names:
         return kernel
     found = name_tables(hybrid.equations)
-    sizes = [len(found["STATES"]), len(found["INPUTS"]), *(len(hybrid.of_kind(kind)) for kind in SwitchKind)]
+    hidden = len(hybrid.equations.states)
+    switches = (len(hybrid.of_kind(kind)) for kind in SwitchKind)
+    sizes = [len(found["STATES"]), len(found["INPUTS"]), hidden, len(hybrid.clocks), *switches]
     stubs = [_NOTHING.format(name) for name in NEEDED if name not in names]
     context = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
     return kernel.rstrip("\n") + "\n" + render("numba/simulation.py.j2", context)

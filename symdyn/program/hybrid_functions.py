@@ -50,6 +50,17 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
     if equations.sensors:
         output = lower("output", arguments, (), [s.value for s in equations.sensors], (len(equations.sensors),))
         found.append(Function(output, "What the sensors show, in the order of OUTPUTS."))
+    if hybrid.clocks:
+        times = [time for clock in hybrid.clocks for time in (clock.period, clock.delay)]
+        new = [clock.values.get(z, z) for clock in hybrid.clocks for z in (s.symbol for s in equations.states)]
+        count = len(hybrid.clocks)
+        found += [
+            Function(lower("clocks", arguments, (), times, (count, 2)), "Period and delay of each clock in s."),
+            Function(
+                lower("updates", arguments, (), new, (count, len(equations.states))),
+                "The hidden states after each clock has gone off alone.",
+            ),
+        ]
     split = (x, u, Argument(MODES, tuple(map(str, modes))), Argument("p", tuple(map(str, equations.parameters))))
     return tuple(Function(replace(f.program, arguments=split), f.doc) for f in found if f.program.outputs)
 

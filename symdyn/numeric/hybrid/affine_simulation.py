@@ -12,8 +12,10 @@ from symdyn.numeric.hybrid import affine
 from symdyn.numeric.hybrid.affine_modes import Modes, room
 from symdyn.numeric.hybrid.exponential import growth_rate
 from symdyn.numeric.hybrid.machine import FRICTION, Machine
+from symdyn.numeric.hybrid.samples import changes, due_at, samples, updated
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.trajectory import (
+    CLOSE,
     DONE,
     EVENTS_AT_FIRST,
     MOST_EVENTS,
@@ -25,6 +27,7 @@ from symdyn.numeric.hybrid.trajectory import (
     event,
     give_up,
     report,
+    report_one,
     stretches,
 )
 
@@ -43,7 +46,8 @@ def simulate_affine(
 
     ``signals`` one per input; ``start`` (nx,) defaults to rest at the origin. Each mode is a linear system,
     whose exponential is applied; a step counts only when its guards have been proven positive all along
-    it, so that no event is missed. Events are located to 1e-11 s.
+    it, so that no event is missed. Events are located to 1e-11 s. What is sampled is reported as it is right
+    after the sample.
 
     Raises InputError (SD302) for bad times, start or signals, NumericalError (SD303) where the switches chatter or
     the state leaves the finite numbers, with the place and the time.
@@ -58,7 +62,9 @@ def simulate_affine(
     states[0] = x
     found: list[Event] = []
     steps = tries = 0
-    for first, last, step in stretches(time, signals):
+    instants = samples(machine.clocks, float(time[0]), float(time[-1]), closed=True)
+    close = CLOSE * float(time[1] - time[0])
+    for first, last, step in stretches(time, signals, instants[0]):
         pieces = [signal.piece_at(first) for signal in signals]
         system, output, w = exosystem(pieces, first)
         bases, known = machine.bases(system, output)
@@ -74,6 +80,13 @@ def simulate_affine(
         levels = min(MOST, max(FEWEST, 1 + math.ceil(math.log2(horizon / LOCATED))))
         modes = room(MODES_AT_FIRST, levels, n, machine.count(FRICTION), machine.most_guards)
         affine.begin(z, state, bases, known)
+        due = due_at(instants, first, close)
+        if len(due):
+            before = state.copy()
+            z[:nx] = updated(machine, x, signals, first, due)
+            affine.begin(z, state, bases, known)
+            found += changes(machine, before, state, first)
+            report_one(time, first, z[:nx], states)
         while True:
             status = affine.propagate(
                 z, state, bases, known, modes, horizon, int(tally[3]), count, every, events, tally
@@ -91,6 +104,7 @@ def simulate_affine(
         steps, tries = steps + int(tally[1]), tries + int(tally[2])
         report(time, first, last, horizon, every[:, :nx], states)
         x = z[:nx].copy()
+    states[-1] = updated(machine, x, signals, float(time[-1]), due_at(instants, float(time[-1]), close))
     inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
     return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), steps, tries)
 
