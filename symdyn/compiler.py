@@ -30,7 +30,7 @@ from symdyn.emit.templates import digest
 from symdyn.physics import schemas
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
-from symdyn.program.hybrid_functions import hybrid_functions, is_affine
+from symdyn.program.hybrid_functions import has_steady_drag, hybrid_functions, is_affine
 from symdyn.program.linear_family import linear_family
 from symdyn.program.optimize import CostRow, notable
 from symdyn.spec.machines import machine_file
@@ -119,7 +119,9 @@ def compile_hybrid(robot: Robot) -> Kernel:
     with collector_paused():
         hybrid = hybrid_equations(equations_of_motion(without_null_effects(robot)))
         found = hybrid_functions(hybrid)
-        return load_source(hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found)))
+        return load_source(
+            hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found), has_steady_drag(found))
+        )
 
 
 def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> LinearFamily:

@@ -50,5 +50,7 @@ def _check(equations: EquationsOfMotion, address: str, period: sp.Expr, delay: s
     numbers = {s: p.value for s, p in zip(equations.parameters, equations.robot.parameters, strict=True)}
     excess = (delay - period).subs({s: v for s, v in numbers.items() if v is not None})
     if excess.is_positive:
-        message = f"the delay of the samples at '{address}' is {float(delay.subs(numbers)):g} s, longer than their period"
+        message = (
+            f"the delay of the samples at '{address}' is {float(delay.subs(numbers)):g} s, longer than their period"
+        )
         raise InputError(Problem("SD452", message, hint="an output must come before the next sample is taken"))

@@ -83,7 +83,9 @@ def hybrid_equations(equations: EquationsOfMotion) -> HybridEquations:
         )
         for s in switches
     ]
-    return HybridEquations(_mapped(equations, lambda e: found.smooth(e).xreplace(names)), tuple(smooth), clocks(equations))
+    return HybridEquations(
+        _mapped(equations, lambda e: found.smooth(e).xreplace(names)), tuple(smooth), clocks(equations)
+    )
 
 
 def _expressions(equations: EquationsOfMotion) -> Iterator[tuple[str, sp.Expr]]:

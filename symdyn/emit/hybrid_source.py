@@ -15,8 +15,10 @@ NEEDED = (
 )  # fmt: skip
 
 
-def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) -> str:
+def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool, steady_drag: bool) -> str:
     """A kernel module whose functions take the modes ``s``; AFFINE tells whether each mode is affine in x and u.
+
+    STEADY_DRAG tells whether what the frictions do to the rates depends on the modes alone.
 
     The integrator is that of templates/numba/simulation.py.j2; it is left out where parameters are free.
     """
@@ -24,6 +26,7 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) 
         "SWITCHES": repr(tuple(s.name for s in hybrid.switches)),
         "SWITCH_KINDS": repr(tuple(str(s.kind) for s in hybrid.switches)),
         "AFFINE": repr(affine),
+        "STEADY_DRAG": repr(steady_drag),
     }
     kernel = kernel_source(hybrid.equations, forms, tables)
     names = {form.name for form in forms}

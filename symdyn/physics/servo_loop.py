@@ -46,7 +46,7 @@ class ServoLoop(Effect):
         return ()
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
-        held = ()
+        held: tuple[HiddenState, ...] = ()
         if p["period"] != 0:
             held = (HiddenState("output", self.hands_on, r"\bar u"),)
             held += (HiddenState("waiting", self.hands_on, r"\tilde u"),) if p["delay"] != 0 else ()
@@ -75,5 +75,3 @@ class ServoLoop(Effect):
             Update(period, delay, (*memory, held[1], held[1])),
             Update(period, ZERO, (*new, held[0], asked)),
         )
-
-

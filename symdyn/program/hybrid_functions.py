@@ -72,6 +72,11 @@ def is_affine(functions: Sequence[Function]) -> bool:
     )
 
 
+def has_steady_drag(functions: Sequence[Function]) -> bool:
+    """Whether the same share of a friction's limit does the same to the rates in every state and under every input."""
+    return not any(f.name == "state_derivative_friction_jacobian" and _knows(f.program, ("x", "u")) for f in functions)
+
+
 def _knows(program: Program, names: Sequence[str]) -> bool:
     symbols = {s for a in program.arguments if a.name in names for s in a.symbols}
     alive = set(program.outputs)

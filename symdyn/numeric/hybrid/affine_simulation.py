@@ -64,7 +64,7 @@ def simulate_affine(
     steps = tries = 0
     instants = samples(machine.clocks, float(time[0]), float(time[-1]), closed=True)
     close = CLOSE * float(time[1] - time[0])
-    for first, last, step in stretches(time, signals, instants[0]):
+    for first, last, step in stretches(time, signals, instants[0].tolist()):
         pieces = [signal.piece_at(first) for signal in signals]
         system, output, w = exosystem(pieces, first)
         bases, known = machine.bases(system, output)

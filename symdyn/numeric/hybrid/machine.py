@@ -40,7 +40,9 @@ class Machine:
     def clocks(self) -> Array:
         """(K, 2) period and delay of what is sampled, in s."""
         kernel = self.kernel
-        return self.call("clocks", *(np.zeros(len(v)) for v in (kernel.states, kernel.inputs, self.switches))).reshape(-1, 2)
+        return self.call("clocks", *(np.zeros(len(v)) for v in (kernel.states, kernel.inputs, self.switches))).reshape(
+            -1, 2
+        )
 
     def call(self, name: str, x: Array, u: Array, s: Array) -> Array:
         """A function of the kernel; an empty array where it has no entries."""

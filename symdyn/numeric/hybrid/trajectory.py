@@ -47,7 +47,7 @@ class HybridTrajectory:
 def stretches(
     time: Array, signals: Sequence[Signal], instants: Sequence[float] = ()
 ) -> Iterator[tuple[float, float, float]]:
-    """(first, last, step): between changes of the signals, and ``instants``, and never across a reporting time with another step."""
+    """(first, last, step): between changes of the signals, ``instants``, and reporting times with another step."""
     t0, t1, dt = float(time[0]), float(time[-1]), float(time[1] - time[0])
     cuts = {p.start for signal in signals for p in signal.pieces if t0 < p.start < t1}
     cuts |= {t for t in instants if t0 < t < t1}

@@ -21,7 +21,7 @@ class PositionLoop(ServoLoop):
     identifier = "position_loop"
     title = "position loop"
     parameters = (
-        ParameterSchema("proportional", mechanical("1/s", "1/s"), "K_P", "speed per error", None, lower=0.0),
+        ParameterSchema("proportional", mechanical("1/s", "1/s"), "K_P", "speed per error", lower=0.0),
         ParameterSchema("limit", SPEED, r"\omega_{\max}", "largest speed", math.inf, lower=0.0),
         *SAMPLING,
     )

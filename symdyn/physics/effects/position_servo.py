@@ -24,10 +24,12 @@ class PositionServo(ServoLoop):
     identifier = "position_servo"
     title = "position servo"
     parameters = (
-        ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", None, lower=1e-12),
+        ParameterSchema(
+            "proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", lower=0.0, zero_is_structural=True
+        ),
         ParameterSchema(
             "integral",
-            mechanical("V/(rad s)", "V/(m s)"),
+            mechanical("V/rad/s", "V/m/s"),
             "K_I",
             "voltage per error and time",
             lower=0.0,
@@ -57,6 +59,8 @@ class PositionServo(ServoLoop):
     def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
         if not memory:
             return ()
+        if p["proportional"] == 0:
+            return (reference - port.x,)
         asked = self._asked(port, p, memory, reference)
         return (reference - port.x + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"],)
 

@@ -24,7 +24,14 @@ class SpeedLoop(ServoLoop):
     identifier = "speed_loop"
     title = "speed loop"
     parameters = (
-        ParameterSchema("proportional", mechanical("V s/rad", "V s/m"), "K_P", "voltage per error", None, lower=1e-12),
+        ParameterSchema(
+            "proportional",
+            mechanical("V s/rad", "V s/m"),
+            "K_P",
+            "voltage per error",
+            lower=0.0,
+            zero_is_structural=True,
+        ),
         ParameterSchema(
             "integral",
             mechanical("V/rad", "V/m"),
@@ -49,6 +56,8 @@ class SpeedLoop(ServoLoop):
     def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
         if not memory:
             return ()
+        if p["proportional"] == 0:
+            return (reference - port.v,)
         asked = self._asked(port, p, memory, reference)
         return (reference - port.v + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"],)
 

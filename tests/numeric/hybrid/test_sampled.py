@@ -164,7 +164,7 @@ def test_instants_are_whole_multiples_and_come_in_order() -> None:
 
 def test_what_a_sampled_loop_cannot_be_is_refused() -> None:
     slow = robot_from_text(loop(proportional=1.0, period=T, delay=2 * T), "wheel.toml")
-    with pytest.raises(InputError, match="SD452: .*0.02 s, longer than their period"):
+    with pytest.raises(InputError, match=r"SD452: .*0\.02 s, longer than their period"):
         compile_hybrid(slow)
     sampled = robot_from_text(loop(proportional=1.0, period=T), "wheel.toml")
     with pytest.raises(InputError, match=r"SD453: speed_loop at 'wheel\.motor' is sampled"):
