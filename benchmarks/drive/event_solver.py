@@ -68,7 +68,7 @@ class EventSolver:
 
         def value(t: float, x: Array) -> float:
             u = self.u(t)
-            if sticks[-1]:
+            if sticks[module.NF]:
                 module._rate(x, u, s, self.switches, levers, sticks, friction, share, matrix, False, spare)
             module._watch(x, u, s, self.switches, share, values, limits, self.guards, owner, target)
             return float(self.guards[g])

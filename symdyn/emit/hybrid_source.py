@@ -20,7 +20,7 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool, 
 
     STEADY_DRAG tells whether what the frictions do to the rates depends on the modes alone.
 
-    The integrator is that of templates/numba/simulation.py.j2; it is left out where parameters are free.
+    The integrator is that of templates/numba/simulation_*.py.j2; it is left out where parameters are free.
     """
     tables = {
         "SWITCHES": repr(tuple(s.name for s in hybrid.switches)),
@@ -37,10 +37,15 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool, 
     switches = (len(hybrid.of_kind(kind)) for kind in SwitchKind)
     sizes = [len(found["STATES"]), len(found["INPUTS"]), hidden, len(hybrid.clocks), *switches]
     stubs = [_NOTHING.format(name) for name in NEEDED if name not in names]
-    context = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
-    return kernel.rstrip("\n") + "\n" + render("numba/simulation.py.j2", context)
+    own = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
+    modes, steps, events = (
+        render(f"numba/simulation_{part}.py.j2", {"compiled": _COMPILED} | (own if part == "modes" else {}))
+        for part in ("modes", "steps", "events")
+    )
+    return kernel.rstrip("\n") + "\n" + modes + steps + events
 
 
+_COMPILED = '@njit(cache=True, error_model="numpy")'
 _NOTHING = '''
 
 @njit(cache=True)
