@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from symdyn.numeric.hybrid.signals import Signal, sine, step
 
 Array = NDArray[np.float64]
 
-ARM = Path(__file__).parent / "irb6-arm-driven.toml"
 CASES: dict[str, tuple[list[Signal], float]] = {
     "step": ([step(1.0), step(1.0)], 1.0),
     "sine": ([sine(1.0, 0.2), sine(1.0, 0.2)], 5.0),
@@ -48,7 +46,7 @@ def error(found: Array, reference: Array) -> float:
 
 
 def driven_arm() -> Machine:
-    return Machine(compile_hybrid(load_robot(ARM)))
+    return Machine(compile_hybrid(load_robot("irb6-arm-drives")))
 
 
 def arm_with_scipy(machine: Machine, case: str, method: str, tolerance: float, points: int = 1001) -> tuple[Array, int]:

@@ -10,6 +10,7 @@ from symdyn.base import symbols
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.lagrange import LagrangeCoefficients, readable, textbook_coefficients
 from symdyn.emit.latex_names import Printer
+from symdyn.emit.latex_notation import notation
 from symdyn.emit.latex_recursion import recursion
 from symdyn.emit.latex_text import Equation, escape, listed, ordered, signed
 from symdyn.emit.templates import render
@@ -105,9 +106,22 @@ def document(equations: EquationsOfMotion) -> str:
             "coordinates": "\n".join(axes),
             "parameters": "\n".join(rows) or "& & & \\\\",
             "equations": displayed,
+            "notation": _notation(equations),
             "arm": _arm(equations),
         },
     )
+
+
+def operators(equations: EquationsOfMotion) -> tuple[tuple[str, str], ...]:
+    """(LaTeX, meaning) of the operators in the equations of motion."""
+    return notation(term for _, left, right in sides(equations) for term in (*left, *right))
+
+
+def _notation(equations: EquationsOfMotion) -> str:
+    rows = [rf"${symbol}$ & {words} \\" for symbol, words in operators(equations)]
+    if not rows:
+        return ""
+    return "\n".join([r"\paragraph{Notation}", r"\begin{longtable}{lp{115mm}}", *rows, r"\end{longtable}"])
 
 
 def _arm(equations: EquationsOfMotion) -> str:

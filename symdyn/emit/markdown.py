@@ -7,7 +7,7 @@ from html import escape
 from itertools import groupby
 
 from symdyn.derive.equations import EquationsOfMotion
-from symdyn.emit.latex import READABLE_JOINTS, coefficients, equations_of_motion
+from symdyn.emit.latex import READABLE_JOINTS, coefficients, equations_of_motion, operators
 from symdyn.emit.latex_recursion import passages
 from symdyn.emit.latex_text import Equation
 
@@ -26,6 +26,9 @@ def _lines(equations: EquationsOfMotion) -> Iterator[str]:
     yield "\n### Equations of motion\n"
     for equation in equations_of_motion(equations):
         yield f"{equation.title}:\n\n{_display([equation])}"
+    for symbol, words in operators(equations):
+        yield f"- ${symbol}$: {words}"
+    yield ""
     if len(robot.joints) <= READABLE_JOINTS:
         found = coefficients(equations)
         if found:

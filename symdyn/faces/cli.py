@@ -5,16 +5,13 @@ from __future__ import annotations
 import io
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from symdyn import __version__
 from symdyn.faces.cli_linear import frequency, reduce, sensitivity
-from symdyn.faces.cli_options import Json, Model
-
-if TYPE_CHECKING:
-    from symdyn.spec.urdf_chain import Chain
+from symdyn.faces.cli_options import Base, Json, Lock, Model, Tip, chain_of
 
 app = typer.Typer(
     name="symdyn",
@@ -29,18 +26,7 @@ Map = Annotated[
     Path | None,
     typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
 ]  # fmt: skip
-Base = Annotated[str | None, typer.Option("--base", help="Of a URDF: the link to begin at; default: its root.")]
-Tip = Annotated[str | None, typer.Option("--tip", help="Of a URDF that branches: the link to end at.")]
-Lock = Annotated[
-    bool, typer.Option("--lock-others", help="Of a URDF that branches: fix other branches on the chain at zero.")
-]
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
-
-
-def _chain(base: str | None, tip: str | None, lock_others: bool) -> Chain:
-    from symdyn.spec.urdf_chain import Chain
-
-    return Chain(base, tip, lock_others)
 
 
 def _version(asked: bool) -> None:
@@ -74,7 +60,7 @@ def check(
     """Read a model (and recordings) and say what is in it, or what is wrong with it."""
     from symdyn.faces import model_commands
 
-    model_commands.check(model, _chain(base, tip, lock_others), recording or [], channel_map, json)
+    model_commands.check(model, chain_of(base, tip, lock_others), recording or [], channel_map, json)
 
 
 @app.command()
@@ -89,7 +75,7 @@ def derive(
     """Derive the equations of motion and print them for reading."""
     from symdyn.faces import model_commands
 
-    model_commands.derive(model, _chain(base, tip, lock_others), steps, json)
+    model_commands.derive(model, chain_of(base, tip, lock_others), steps, json)
 
 
 @app.command("base-parameters")
@@ -99,7 +85,7 @@ def base_parameters(
     """List the fewest inertial parameters that the arm's efforts depend on, as expressions of the given ones."""
     from symdyn.faces import arm_commands
 
-    arm_commands.base_parameters(model, _chain(base, tip, lock_others), json)
+    arm_commands.base_parameters(model, chain_of(base, tip, lock_others), json)
 
 
 @app.command()
@@ -115,12 +101,15 @@ def variants(
     """Compare simpler models of the arm: what they miss at each joint, and what they save."""
     from symdyn.faces import arm_commands
 
-    arm_commands.variants(model, _chain(base, tip, lock_others), states, speed, json)
+    arm_commands.variants(model, chain_of(base, tip, lock_others), states, speed, json)
 
 
 @app.command()
 def cost(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     function: Annotated[
         str | None, typer.Option("--function", help="Pass by pass, for this function: inverse_dynamics, mass_matrix_p.")
     ] = None,
@@ -129,7 +118,7 @@ def cost(
     """Count the operations of each function of the kernel, and the time that optimising it takes."""
     from symdyn.faces import cost_command
 
-    cost_command.cost(model, function, json)
+    cost_command.cost(model, chain_of(base, tip, lock_others), function, json)
 
 
 @app.command()
@@ -150,7 +139,7 @@ def generate(
     """Write the code (kernel.py), equations.tex and manifest.json for each robot."""
     from symdyn.faces import model_commands
 
-    model_commands.generate(models or [], _chain(base, tip, lock_others), out, everything, target or [], json)
+    model_commands.generate(models or [], chain_of(base, tip, lock_others), out, everything, target or [], json)
 
 
 @app.command()
@@ -164,7 +153,7 @@ def latex(
     """Print the equations as a LaTeX document."""
     from symdyn.faces import model_commands
 
-    model_commands.latex(model, _chain(base, tip, lock_others), out)
+    model_commands.latex(model, chain_of(base, tip, lock_others), out)
 
 
 @app.command()
@@ -182,7 +171,7 @@ def convert(
     """Print a robot as robot.toml (from a URDF, say), or put its numbers back into the URDF it came from."""
     from symdyn.faces import model_commands
 
-    model_commands.convert(model, _chain(base, tip, lock_others), into, out)
+    model_commands.convert(model, chain_of(base, tip, lock_others), into, out)
 
 
 @app.command()
@@ -230,7 +219,7 @@ def simulate(
 
     simulate_command.run(
         model,
-        _chain(base, tip, lock_others),
+        chain_of(base, tip, lock_others),
         duration,
         step,
         input or [],
@@ -261,7 +250,7 @@ def identify(
     """Fit the parameters of the model as it is to a recording."""
     from symdyn.faces import recording_commands
 
-    recording_commands.identify(model, _chain(base, tip, lock_others), recording, channel_map, band, json)
+    recording_commands.identify(model, chain_of(base, tip, lock_others), recording, channel_map, band, json)
 
 
 @app.command()
@@ -289,7 +278,7 @@ def diagnose(
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
     from symdyn.faces import recording_commands
 
-    chain = _chain(base, tip, lock_others)
+    chain = chain_of(base, tip, lock_others)
     code = recording_commands.diagnose(
         model, chain, recording, holdout, channel_map, band, report, model_out, generate, json
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from symdyn.faces.cli_options import Json, Model
+from symdyn.faces.cli_options import Base, Json, Lock, Model, Tip, chain_of
 
 Input = Annotated[str | None, typer.Option("--input", "-u", help="Input, by name; default: the first.")]
 Output = Annotated[
@@ -25,23 +25,45 @@ Plot = Annotated[Path | None, typer.Option("--plot", help="Write an SVG here.")]
 
 def frequency(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     input: Input = None,
     output: Output = None,
     low: From = None,
     high: To = None,
-    points: Points = 2000,
+    points: Annotated[
+        int | None, typer.Option("--points", help="How many frequencies; default: 2000, with --amplitude 40.")
+    ] = None,
     at: At = None,
+    amplitude: Annotated[
+        float | None,
+        typer.Option("--amplitude", help="Of the input, in its unit: simulate with friction, clearance and limits."),
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option("--method", help="With --amplitude: stepped (sines, the default) or multisine.")
+    ] = None,
+    realisations: Annotated[int, typer.Option("--realisations", help="Of the multisine's phases.")] = 4,
+    seed: Annotated[int, typer.Option("--seed", help="Of them; the same seed gives the same numbers.")] = 0,
     plot: Plot = None,
     json: Json = False,
 ) -> None:
-    """Show the modes of the linear part, named by their energy, and a response with its peaks."""
+    """Show the modes of the linear part, named by their energy, and a response with its peaks.
+
+    With --amplitude: the response that a sine or a multisine of that size measures, and its distortions.
+    """
     from symdyn.faces import frequency_command
 
-    frequency_command.run(model, input, output, low, high, points, at or [], plot, json)
+    excitation = frequency_command.excitation(amplitude, method, realisations, seed)
+    chain = chain_of(base, tip, lock_others)
+    frequency_command.run(model, chain, input, output, low, high, points, at or [], excitation, plot, json)
 
 
 def sensitivity(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     input: Input = None,
     output: Output = None,
     low: From = None,
@@ -68,14 +90,18 @@ def sensitivity(
     """Show what each parameter does to modes and response: derivatives, factors, or globally."""
     from symdyn.faces import sensitivity_command
 
+    chain = chain_of(base, tip, lock_others)
     sensitivity_command.run(
-        model, input, output, low, high, points, at or [], parameter or [], factor or [0.5, 2.0], method, samples,
-        spread, seed, plot, json,
+        model, chain, input, output, low, high, points, at or [], parameter or [], factor or [0.5, 2.0], method,
+        samples, spread, seed, plot, json,
     )  # fmt: skip
 
 
 def reduce(
     model: Model,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     input: Input = None,
     output: Output = None,
     low: From = None,
@@ -96,4 +122,5 @@ def reduce(
     """Propose a smaller model for a band: what to lump, drop or make rigid, at what error."""
     from symdyn.faces import reduce_command
 
-    reduce_command.run(model, input, output, low, high, error, signal, at or [], out, plot, json)
+    chain = chain_of(base, tip, lock_others)
+    reduce_command.run(model, chain, input, output, low, high, error, signal, at or [], out, plot, json)

@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+if TYPE_CHECKING:
+    from symdyn.spec.urdf_chain import Chain
+
 Model = Annotated[str, typer.Argument(help="A robot.toml, a URDF, or the name of a bundled machine (`symdyn check`).")]
 Json = Annotated[bool, typer.Option("--json", help="Print the facts as JSON on stdout.")]
+Base = Annotated[str | None, typer.Option("--base", help="Of a URDF: the link to begin at; default: its root.")]
+Tip = Annotated[str | None, typer.Option("--tip", help="Of a URDF that branches: the link to end at.")]
+Lock = Annotated[
+    bool, typer.Option("--lock-others", help="Of a URDF that branches: fix other branches on the chain at zero.")
+]
+
+
+def chain_of(base: str | None, tip: str | None, lock_others: bool) -> Chain:
+    """The part of a URDF that --base, --tip and --lock-others choose."""
+    from symdyn.spec.urdf_chain import Chain
+
+    return Chain(base, tip, lock_others)

@@ -12,12 +12,13 @@ from symdyn.base.wording import did_you_mean, quoted
 from symdyn.faces.console import out, print_json, print_table
 from symdyn.program.cost import Cost
 from symdyn.program.optimize import CostRow
+from symdyn.spec.urdf_chain import Chain
 
 _COLUMNS = ("add", "mul", "div", "trig", "other", "ms")
 
 
-def cost(model: str, function: str | None, json: bool) -> None:
-    robot = compiler.load_robot(model)
+def cost(model: str, chain: Chain, function: str | None, json: bool) -> None:
+    robot = compiler.load_robot(model, chain)
     forms = compiler.compile_robot(robot).forms
     if function is not None:
         found = [form for form in forms if form.name == function]

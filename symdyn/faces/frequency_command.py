@@ -7,30 +7,42 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.base.errors import Problem, UsageError
 from symdyn.base.files import write_atomically
+from symdyn.faces import amplitude_command
+from symdyn.faces.amplitude_command import Excitation
 from symdyn.faces.console import err, out, print_json, print_table
 from symdyn.faces.linear_options import band_of, check_points, finite, mode_facts, open_linear, tell
 from symdyn.numeric.linear.modes import Mode, modes
 from symdyn.numeric.linear.response import extrema, frequency_response
 from symdyn.numeric.linear.signals import grid
 from symdyn.numeric.linear.transfer import transfer_function
+from symdyn.spec.urdf_chain import Chain
 
+_POINTS, _MEASURED = 2000, 40  # frequencies, of the linear part and at an amplitude
 _SHOWN = 0.01  # share from which a part of a mode is listed
 
 
 def run(
     model: str,
+    chain: Chain,
     input: str | None,
     output: str | None,
     low: float | None,
     high: float | None,
-    points: int,
+    points: int | None,
     at: list[str],
+    excitation: Excitation | None,
     plot: Path | None,
     json: bool,
 ) -> None:
+    if excitation is not None:
+        count = points if points is not None else _MEASURED
+        amplitude_command.run(model, chain, at, input, output, low, high, count, excitation, plot, json)
+        return
+    points = points if points is not None else _POINTS
     check_points(points)
-    linear = open_linear(model, at)
+    linear = open_linear(model, chain, at)
     system = linear.family.nominal
     found = modes(system)
     first, last = band_of(low, high, found)
@@ -72,6 +84,18 @@ def run(
         out.print(f"  no peak between {first:g} and {last:g} Hz", markup=False)
     if plot is not None:
         err.print(f"written: {plot}", markup=False)
+
+
+def excitation(amplitude: float | None, method: str | None, realisations: int, seed: int) -> Excitation | None:
+    """What --amplitude and its companions say; None where the linear part is asked for.
+
+    Raises UsageError (SD302) for a method without an amplitude.
+    """
+    if amplitude is None:
+        if method is not None:
+            raise UsageError(Problem("SD302", f"--method {method} needs an --amplitude"))
+        return None
+    return Excitation(amplitude, method or "stepped", realisations, seed)
 
 
 def _row(mode: Mode) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.numeric.linear.cost import Cost
 from symdyn.numeric.linear.modes import Mode
 from symdyn.spec.records import Robot
+from symdyn.spec.urdf_chain import Chain
 
 MOST_POINTS = 1_000_000
 _WIDEST = 1e5  # of the default band, highest over lowest
@@ -44,17 +45,25 @@ class Linear:
         }
 
 
-def open_linear(model: str, at: Sequence[str]) -> Linear:
+def open_linear(model: str, chain: Chain, at: Sequence[str], known: Sequence[str] = ()) -> Linear:
     """Read the model; ``at`` are NAME=VALUE of states and inputs.
+
+    What was left out of the linear part takes states and inputs along; ``at`` may name those that are ``known``.
 
     Raises UsageError: SD304 for a parameter without a value, SD305 for a name or a value that is none.
     """
-    robot = compiler.load_robot(model)
+    robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     smooth = without_nonsmooth(robot)
-    gone = [f"{e.type} at {e.at}" for e in robot.effects if e not in smooth.effects]
+    there = {(e.type, e.at) for e in smooth.effects}
+    gone = [
+        f"{e.type} at {e.at}" if (e.type, e.at) not in there else f"jumps of {e.type} at {e.at}"
+        for e in robot.effects
+        if e not in smooth.effects
+    ]
     names = compiler.linearise(smooth).nominal
-    point = _values(at, (*names.states, *names.inputs))
+    linear_names = (*names.states, *names.inputs)
+    point = {k: v for k, v in values_at(at, (*linear_names, *known)).items() if k in linear_names}
     x = np.array([point.get(name, 0.0) for name in names.states])
     u = np.array([point.get(name, 0.0) for name in names.inputs])
     family = compiler.linearise(smooth, x, u)
@@ -129,7 +138,8 @@ def finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _values(given: Sequence[str], names: Sequence[str]) -> dict[str, float]:
+def values_at(given: Sequence[str], names: Sequence[str]) -> dict[str, float]:
+    """NAME=VALUE of --at; UsageError (SD305) for a name that is not among ``names``, or a value that is none."""
     values: dict[str, float] = {}
     for item in given:
         name, _, text = item.partition("=")

@@ -16,12 +16,14 @@ from symdyn.numeric.linear.modes import modes
 from symdyn.numeric.linear.propose import Reduction, Step, propose, reduced
 from symdyn.numeric.linear.response import frequency_response
 from symdyn.spec.edit import set_parameter
+from symdyn.spec.urdf_chain import Chain
 
 _SHOWN = 8  # rows of the tables of single drops
 
 
 def run(
     model: str,
+    chain: Chain,
     input: str | None,
     output: str | None,
     low: float | None,
@@ -37,7 +39,7 @@ def run(
         raise UsageError(Problem("SD302", "--error must be between 0 and 1"))
     if signal not in tuple(Signal):
         raise UsageError(Problem("SD302", f"--signal {signal}: choose {' or '.join(Signal)}"))
-    linear = open_linear(model, at)
+    linear = open_linear(model, chain, at)
     band = Band(*band_of(low, high, modes(linear.family.nominal)), Signal(signal))
     with status(json) as progress:
         found = propose(linear.family, band, tolerance, input, output, progress)

@@ -22,12 +22,14 @@ from symdyn.numeric.linear.modes import modes
 from symdyn.numeric.linear.one_at_a_time import OneAtATime, one_at_a_time
 from symdyn.numeric.linear.scalars import scalars
 from symdyn.numeric.linear.signals import grid
+from symdyn.spec.urdf_chain import Chain
 
 METHODS = ("morris", "sobol")
 
 
 def run(
     model: str,
+    chain: Chain,
     input: str | None,
     output: str | None,
     low: float | None,
@@ -52,7 +54,7 @@ def run(
         )
     if not all(math.isfinite(f) and f > 0 for f in factors):
         raise UsageError(Problem("SD302", "--factor must be positive"))
-    linear = open_linear(model, at)
+    linear = open_linear(model, chain, at)
     for name in parameters:
         if name not in linear.family.parameters:
             hint = did_you_mean(name, linear.family.parameters, "parameters")

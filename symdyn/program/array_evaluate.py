@@ -29,6 +29,7 @@ _VALUE: dict[Op, Callable[..., Array]] = {
     Op.MIN: np.minimum,
     Op.MAX: np.maximum,
     Op.ATAN2: np.arctan2,
+    Op.FLOOR: np.floor,
     Op.STEP: lambda a: np.greater(a, 0.0).astype(np.float64),
 }
 
@@ -126,5 +127,5 @@ def _partial(op: Op, args: tuple[Array, ...], value: Array, which: int) -> Array
         case Op.ATAN2:
             square = args[0] ** 2 + args[1] ** 2
             return args[1] / square if which == 0 else -args[0] / square
-        case _:  # SIGN, STEP
+        case _:  # SIGN, STEP, FLOOR
             return None

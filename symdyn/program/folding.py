@@ -227,5 +227,6 @@ TRIGGERS: dict[Op, frozenset[Op]] = dict.fromkeys(Op, frozenset({Op.CONST})) | {
     Op.ABS: frozenset({Op.CONST, Op.NEG, Op.ABS, Op.SQRT, Op.EXP, Op.STEP}),
     Op.SQRT: frozenset({Op.CONST, Op.MUL}),
     Op.SIGN: frozenset({Op.CONST, Op.SIGN}),
+    Op.FLOOR: frozenset({Op.CONST, Op.FLOOR}),
     Op.STEP: frozenset({Op.CONST, Op.STEP}),
 }

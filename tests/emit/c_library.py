@@ -49,7 +49,11 @@ class Library:
             (folder / name).write_text(text, encoding="utf-8")
         self.source = next(folder.glob("*.c"))
         self.path = folder / "library.so"
-        run(compiler, *STRICT, *flags, "-shared", "-fPIC", self.source, "-o", self.path, "-lm")
+        compiled = folder / "library.o"
+        run(compiler, *STRICT, *flags, "-fPIC", "-c", self.source, "-o", compiled)
+        # Linked with -ffast-math, gcc makes the whole process lose its subnormal numbers.
+        linking = [flag for flag in flags if flag != "-ffast-math"]
+        run(compiler, *linking, "-shared", compiled, "-o", self.path, "-lm")
         self.loaded = ctypes.CDLL(str(self.path))
 
     def __call__(self, name: str, arguments: Sequence[Array], shape: tuple[int, ...]) -> Array:

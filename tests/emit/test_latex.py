@@ -10,7 +10,7 @@ import pytest
 
 from symdyn.compiler import load_robot
 from symdyn.derive.equations import equations_of_motion
-from symdyn.emit.latex import document
+from symdyn.emit.latex import document, operators
 from symdyn.emit.latex_recursion import step_name
 from symdyn.spec.machines import machine_names
 
@@ -64,3 +64,17 @@ def test_a_small_arm_is_told_by_its_coefficients() -> None:
 )
 def test_names_of_intermediates(name: str, latex: str) -> None:
     assert step_name(name) == latex
+
+
+def test_each_operator_that_occurs_is_explained_and_no_other() -> None:
+    drive, rigid = (equations_of_motion(load_robot(name)) for name in ("irb6-axis1", "two-link"))
+    symbols = [symbol for symbol, _ in operators(drive)]
+    assert symbols == [
+        r"\operatorname{sign}(x)",
+        r"\operatorname{dz}_S(x)",
+        r"\operatorname{out}_S(x)",
+        r"\operatorname{push}_S(x)",
+    ]
+    assert all(f"${symbol}$ &" in document(drive) for symbol in symbols)
+    assert operators(rigid) == ()
+    assert "Notation" not in document(rigid)

@@ -150,6 +150,24 @@ def test_reduce_finds_the_papers_lump_and_writes_the_file(tmp_path: Path) -> Non
     assert np.abs(small / full - 1).max() == pytest.approx(facts["file_cost"]["worst"], rel=1e-6)
 
 
+def test_a_step_that_no_file_may_hold_is_left_out_of_it(tmp_path: Path) -> None:
+    """A rotor of almost no inertia: the gear ratio at zero costs nothing, and is no gear."""
+    model, out = tmp_path / "geared.toml", tmp_path / "out.toml"
+    rotor = '{ name = "motor", inertia = "1e-9 kg m^2", fixed_to_joint = true }'
+    drive = f"[joint.drive]\nratio = 5\nrotors = [{rotor}]\n\n[recording]"
+    model.write_text(PENDULUM.replace("[recording]", drive, 1), encoding="utf-8")
+    facts = run("reduce", model, "--from", "0.1", "--to", "10", "--out", out, "--json").json()
+    assert "pivot_drive_ratio = 0" in [step["is"] for step in facts["steps"]]
+    (reason,) = facts["refused"]
+    assert reason.startswith("pivot_drive_ratio = 0: SD231: ")
+    robot = robot_from_text(out.read_text(encoding="utf-8"), "out.toml")
+    values = {p.name: p.value for p in robot.parameters}
+    assert values["pivot_drive_ratio"] == 5
+    kept = {name: value for name, value in facts["values"].items() if name != "pivot_drive_ratio"}
+    assert {name: values.get(name, 0.0) for name in kept} == kept  # a literal zero is no parameter any more
+    assert "not in the file: pivot_drive_ratio = 0" in run("reduce", model, "--to", "10", "--out", out).err
+
+
 def test_reduce_for_people(tmp_path: Path) -> None:
     plot = tmp_path / "reduced.svg"
     done = run("reduce", "irb6-axis1", "--to", "100", "--signal", "white", "--plot", plot)

@@ -294,12 +294,9 @@ def scalings(effect: Effect, motion: Motion) -> dict[sp.Symbol, str]:
     units |= dict.fromkeys((PORT.v, PORT.start.v), SPEED_UNIT[motion])
     declared = zip(states(effect, p), effect.hidden_states(p), strict=True)
     units |= {symbol: unit_at(state.unit, motion) for symbol, state in declared}
-    return units | {PORT.load: EFFORT_UNIT[motion], CONTROL: _input_unit(effect, motion)}
-
-
-def _input_unit(effect: Effect, motion: Motion) -> str:
     reference = effect.reference_unit()
-    return unit_at(reference, motion) if reference is not None else effect.input_unit() or EFFORT_UNIT[motion]
+    steered = unit_at(reference, motion) if reference is not None else effect.input_unit() or EFFORT_UNIT[motion]
+    return units | {PORT.load: EFFORT_UNIT[motion], CONTROL: steered}
 
 
 def unbalanced(

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from symdyn.program.array_evaluate import evaluate_arrays
+from symdyn.program.array_evaluate import _VALUE, evaluate_arrays
 from symdyn.program.builder import Builder
 from symdyn.program.differentiate import differentiate
 from symdyn.program.evaluate import evaluate
-from symdyn.program.ssa import Argument, Op, Program
+from symdyn.program.ssa import NULLARY, Argument, Op, Program
 
 from .strategies import POINTS, SYMBOLS, programs
 
@@ -40,7 +40,8 @@ def test_values_and_derivatives(point: dict[str, tuple[float, ...]], program: Pr
     [
         (Op.SIN, 0.4, np.cos(0.4)), (Op.COS, 0.4, -np.sin(0.4)), (Op.TAN, 0.4, 1 / np.cos(0.4) ** 2),
         (Op.TANH, 0.4, 1 / np.cosh(0.4) ** 2), (Op.EXP, 0.4, np.exp(0.4)), (Op.LOG, 0.4, 2.5),
-        (Op.SQRT, 0.25, 1.0), (Op.ABS, -0.4, -1.0), (Op.SIGN, 0.4, 0.0), (Op.STEP, 0.4, 0.0), (Op.NEG, 0.4, -1.0),
+        (Op.SQRT, 0.25, 1.0), (Op.ABS, -0.4, -1.0), (Op.SIGN, 0.4, 0.0), (Op.STEP, 0.4, 0.0),
+        (Op.FLOOR, 1.4, 0.0), (Op.NEG, 0.4, -1.0),
     ],
 )  # fmt: skip
 def test_each_operation_of_one_argument(op: Op, at: float, slope: float) -> None:
@@ -61,6 +62,10 @@ def test_each_operation_of_two_arguments(op: Op, at: tuple[float, float]) -> Non
     assert values == pytest.approx([float(v) for v in evaluate(program, {"v": at})])
     slopes = evaluate(differentiate(program, ("x", "y"), "J"), {"v": at})
     assert along[:, 0] == pytest.approx([float(v) for v in slopes])
+
+
+def test_every_operation_has_a_value() -> None:
+    assert set(_VALUE) == set(Op) - NULLARY
 
 
 def test_division_by_zero_is_quiet() -> None:

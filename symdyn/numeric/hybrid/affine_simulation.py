@@ -53,7 +53,7 @@ def simulate_affine(
     the state leaves the finite numbers, with the place and the time.
     """
     kernel = machine.kernel
-    nx, nu = len(kernel.states), len(kernel.inputs)
+    nx, nu = machine.size, len(kernel.inputs)
     x = np.zeros(nx) if start is None else np.array(start, dtype=np.float64)
     check(time, x, nx, signals, nu)
     switches = len(machine.switches)

@@ -18,12 +18,26 @@ FRICTION, CONTACT, LIMIT = "friction", "contact", "limit"
 BLOCK = 4  # of states: what the propagation takes at a time
 
 
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """States o that listen to a machine and never act on it: do/dt = system o + by_state x + by_input u + constant."""
+
+    system: Array  # (no, no)
+    by_state: Array  # (no, nx)
+    by_input: Array  # (no, nu)
+    constant: Array  # (no,)
+
+
 @dataclass(frozen=True)
 class Machine:
-    """A hybrid kernel with values for its parameters; ``p`` None: those of the file, folded into the code."""
+    """A hybrid kernel with values for its parameters; ``p`` None: those of the file, folded into the code.
+
+    An ``observer`` adds its states behind those of a machine that is affine in every mode.
+    """
 
     kernel: Kernel
     p: Array | None = None
+    observer: Observer | None = None
 
     @property
     def switches(self) -> tuple[str, ...]:
@@ -32,6 +46,11 @@ class Machine:
     @property
     def affine(self) -> bool:
         return bool(self.kernel.module.AFFINE)
+
+    @property
+    def size(self) -> int:
+        """States, with those of the observer."""
+        return len(self.kernel.states) + (0 if self.observer is None else len(self.observer.constant))
 
     def count(self, kind: str) -> int:
         return sum(k == kind for k in self.kernel.module.SWITCH_KINDS)
@@ -56,14 +75,15 @@ class Machine:
         """The affine system with contacts and limits as ``held`` (-1, 0, 1 each); inputs come from an exosystem."""
         nf, nc, nl = (self.count(kind) for kind in (FRICTION, CONTACT, LIMIT))
         nx, nu, nw = len(self.kernel.states), len(self.kernel.inputs), len(system)
-        n = -(-(nx + nw + 1) // BLOCK) * BLOCK
+        first = self.size  # of the exosystem
+        n = -(-(first + nw + 1) // BLOCK) * BLOCK
         x, u = np.zeros(nx), np.zeros(nu)
         s = np.concatenate([np.zeros(nf), np.array(held, dtype=np.float64)])
 
         def affine(value: Array, by_state: Array, by_input: Array) -> Array:
             rows = np.zeros((len(value), n))
             rows[:, :nx] = by_state.reshape(len(value), nx)
-            rows[:, nx : nx + nw] = by_input.reshape(len(value), nu) @ output
+            rows[:, first : first + nw] = by_input.reshape(len(value), nu) @ output
             rows[:, n - 1] = value
             return rows
 
@@ -71,7 +91,11 @@ class Machine:
         a[:nx] = affine(
             *(self.call(f"state_derivative{kind}", x, u, s) for kind in ("", "_state_jacobian", "_input_jacobian"))
         )
-        a[nx : nx + nw, nx : nx + nw] = system
+        if self.observer is not None:
+            o = self.observer
+            a[nx:first] = affine(o.constant, o.by_state, o.by_input)
+            a[nx:first, nx:first] = o.system
+        a[first : first + nw, first : first + nw] = system
         friction = np.zeros((n, nf))
         if nf:
             friction[:nx] = self.call("state_derivative_friction_jacobian", x, u, s)

@@ -8,6 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
+from symdyn.base.errors import NumericalError
 from symdyn.base.linear_system import Array, Derivatives, LinearFamily, LinearSystem
 from symdyn.numeric.linear.cost import Band, Cost, cost
 from symdyn.numeric.linear.local_sensitivity import response_gradient
@@ -47,70 +48,75 @@ def lumps(
     hertz = band.hertz()
     nominal, derivatives = family.nominal, family.derivatives(family.values)
     exact, gradient = response_gradient(nominal, derivatives, channel(nominal, input, output), hertz)
-    relative = gradient / exact
-    active = [k for k in range(len(family.parameters)) if np.any(relative[k] != 0)]
+    search = _Search(family, band, tolerance, hertz, exact, gradient / exact, input, output)
+    active = [k for k in range(len(family.parameters)) if np.any(search.relative[k] != 0)]
     found: list[Lump] = []
     for _, same in groupby(sorted(active, key=lambda k: (family.units[k], k)), key=lambda k: family.units[k]):
         left = list(same)
         while len(left) > 1:
-            group = _largest(family, band, tolerance, left, relative, exact, hertz, input, output)
+            group = search.largest(left)
             if group is None:
                 break
-            found.append(_lump(family, nominal, derivatives, group, relative, input))
-            left = [k for k in left if family.parameters[k] not in found[-1].members]
+            found.append(_lump(search, nominal, derivatives, group))
+            left = [k for k in left if k not in group.members]
     return tuple(sorted(found, key=lambda lump: lump.cost.worst))
 
 
 @dataclass(frozen=True, slots=True)
-class _Found:
+class _Group:
+    """Numbers of parameters, and the cost of moving them all into one of them, where that is allowed."""
+
     members: tuple[int, ...]
-    targets: Mapping[int, Cost]  # the cost of moving the whole group there
+    targets: Mapping[int, Cost]
 
 
-def _largest(
-    family: LinearFamily,
-    band: Band,
-    tolerance: float,
-    among: Sequence[int],
-    relative: Complex,
-    exact: Complex,
-    hertz: Array,
-    input: str | None,
-    output: str | None,
-) -> _Found | None:
-    """The group with the most members that can be moved into one of them."""
-    best: _Found | None = None
-    for target in among:
-        members = [k for k in among if _alike(relative[target], relative[k])]
-        # the first to leave is the one whose move costs most
-        members.sort(key=lambda k: float(np.abs(family.values[k] * (relative[k] - relative[target])).max()))
-        while len(members) > 1 and (best is None or len(members) > len(best.members)):
-            costs = {k: _moved(family, band, members, k, exact, hertz, input, output) for k in members}
-            if costs[target].worst <= tolerance:
-                best = _Found(tuple(sorted(members)), {k: c for k, c in costs.items() if c.worst <= tolerance})
-                break
-            members.pop()
-    return best
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """``exact`` (N,) is G on the band's grid ``hertz``, ``relative`` (np, N) is dG/dp / G."""
+
+    family: LinearFamily
+    band: Band
+    tolerance: float
+    hertz: Array
+    exact: Complex
+    relative: Complex
+    input: str | None
+    output: str | None
+
+    def largest(self, among: Sequence[int]) -> _Group | None:
+        """The group with the most members that can be moved into one of them."""
+        best: _Group | None = None
+        for target in among:
+            members = [k for k in among if _alike(self.relative[target], self.relative[k])]
+            # the first to leave is the one whose move costs most
+            members.sort(key=lambda k, t=target: self.estimate(k, t))  # type: ignore[misc]
+            while len(members) > 1 and (best is None or len(members) > len(best.members)):
+                costs = {k: self.cost(members, k) for k in members}
+                if costs[target].worst <= self.tolerance:
+                    allowed = {k: c for k, c in costs.items() if c.worst <= self.tolerance}
+                    best = _Group(tuple(sorted(members)), allowed)
+                    break
+                members.pop()
+        return best
+
+    def estimate(self, member: int, target: int) -> float:
+        """The cost of moving one, to first order."""
+        change = self.family.values[member] * (self.relative[member] - self.relative[target])
+        return float(np.abs(change).max())
+
+    def cost(self, members: Sequence[int], target: int) -> Cost:
+        """Infinite where the machine would accelerate without inertia."""
+        try:
+            system = self.family.at(lumped(self.family.values, members, target))
+        except NumericalError:
+            return Cost(np.inf, self.band.low, np.inf, np.inf)
+        simpler = frequency_response(system, self.hertz, self.input, self.output).values
+        return cost(self.band, self.hertz, self.exact, simpler)
 
 
 def _alike(a: Complex, b: Complex) -> bool:
-    dot, aa, bb = float(np.vdot(a, b).real), float(np.vdot(a, a).real), float(np.vdot(b, b).real)
-    parallel = dot / np.sqrt(aa * bb)
-    return bool(parallel >= PARALLEL and 1 / SAME_SIZE <= dot / aa <= SAME_SIZE)
-
-
-def _moved(
-    family: LinearFamily,
-    band: Band,
-    members: Sequence[int],
-    target: int,
-    exact: Complex,
-    hertz: Array,
-    input: str | None,
-    output: str | None,
-) -> Cost:
-    values = lumped(family.values, members, target)
-    return cost(band, hertz, exact, frequency_response(family.at(values), hertz, input, output).values)
+    longer = float(np.vdot(a, b).real / np.vdot(a, a).real)
+    return _cosine(a, b) >= PARALLEL and 1 / SAME_SIZE <= longer <= SAME_SIZE
 
 
 def lumped(values: Array, members: Sequence[int], target: int) -> Array:
@@ -121,19 +127,13 @@ def lumped(values: Array, members: Sequence[int], target: int) -> Array:
     return moved
 
 
-def _lump(
-    family: LinearFamily,
-    system: LinearSystem,
-    derivatives: Derivatives,
-    group: _Found,
-    relative: Complex,
-    input: str | None,
-) -> Lump:
+def _lump(search: _Search, system: LinearSystem, derivatives: Derivatives, group: _Group) -> Lump:
+    family = search.family
     by_cost = sorted(group.targets, key=lambda k: group.targets[k].worst)
-    here = _driven(system, input)
+    here = _driven(system, search.input)
     into = next((k for k in by_cost if _acts_on(derivatives, k) == here), by_cost[0])
     others = [k for k in group.members if k != into and family.values[k] != 0]
-    cosines = [_cosine(relative[into], relative[k]) for k in others]
+    cosines = [_cosine(search.relative[into], search.relative[k]) for k in others]
     return Lump(
         into=family.parameters[into],
         members=tuple(family.parameters[k] for k in group.members),

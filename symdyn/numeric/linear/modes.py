@@ -17,8 +17,9 @@ from symdyn.numeric.linear.resolvent import Complex
 from symdyn.numeric.linear.signals import short_names
 
 NAMED = 0.05  # share of the kinetic energy from which an inertia is named
-LINKS = "links"  # stiffness and damping that no single effect has: gravity, coupling of the arm
+OTHER = "other"  # stiffness and damping that no single effect has: gravity, coupling of the arm, control
 _SMALLEST = 1e-9
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,9 +64,11 @@ def _mode(system: LinearSystem, pole: complex, v: Complex, condition: float) -> 
         damping = damping - element.damping * np.outer(element.lever, element.lever)
         _add(strain, element.address, element.stiffness * float(abs(element.lever @ displaced)) ** 2 / 2)
         _add(losses, element.address, element.damping * float(abs(element.lever @ moving)) ** 2)
-    _add(strain, LINKS, float(np.real(displaced.conj() @ stiffness @ displaced)) / 2)
+    stiffness = _without_rounding(stiffness, system.f[n : 2 * n, :n])
+    damping = _without_rounding(damping, system.f[n : 2 * n, n : 2 * n])
+    _add(strain, OTHER, float(np.real(displaced.conj() @ stiffness @ displaced)) / 2)
     circulating = (stiffness - stiffness.T) / 2
-    _add(losses, LINKS, float(np.real(moving.conj() @ (damping @ moving + circulating @ displaced))))
+    _add(losses, OTHER, float(np.real(moving.conj() @ (damping @ moving + circulating @ displaced))))
     stored, lost = _of_hidden(system, hidden)
     losses |= lost
     energy = float(kinetic.sum()) + sum(strain.values()) + sum(stored.values())
@@ -108,6 +111,11 @@ def _of_hidden(system: LinearSystem, hidden: Complex) -> tuple[dict[str, float],
     return stored, lost
 
 
+def _without_rounding(rest: Array, of: Array) -> Array:
+    """What is left of a difference, without what is left of rounding: a rigid motion is large beside its rates."""
+    return np.where(np.abs(rest) > _ROUNDING * np.abs(of).max(initial=0.0), rest, 0.0)
+
+
 def _add(table: dict[str, float], address: str, value: float) -> None:
     table[address] = table.get(address, 0.0) + float(value)
 
@@ -118,7 +126,7 @@ def _shares(values: Array, whole: float) -> list[float]:
 
 def _divided(table: dict[str, float], by: float) -> dict[str, float]:
     found = {name: float(value / by) if by else 0.0 for name, value in table.items()}
-    return {name: value for name, value in found.items() if name != LINKS or abs(value) > _SMALLEST}
+    return {name: value for name, value in found.items() if name != OTHER or abs(value) > _SMALLEST}
 
 
 def _normalised(motion: Complex, kinetic: Array) -> Complex:

@@ -243,8 +243,11 @@ def _unstable(system: LinearSystem) -> int:
 
 def _still_used(family: LinearFamily, final: _State, used: Sequence[bool]) -> tuple[str, ...]:
     """Parameters that stand in the reduced model: not zero, and not of a shaft that is rigid."""
-    d = family.derivatives(final.values)
     system = family.at(final.values)
+    try:
+        d = family.derivatives(final.values)
+    except NumericalError:  # an inertia is zero where the machine would accelerate: where letters stand stays the same
+        d = family.derivatives(family.values)
     kept = []
     for k, name in enumerate(family.parameters):
         if not used[k] or final.values[k] == 0.0:

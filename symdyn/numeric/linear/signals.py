@@ -45,8 +45,7 @@ def channel(system: LinearSystem, input: str | None = None, output: str | None =
     else:
         i = _index(seen, system.states, "output", (*system.outputs, *system.states))
         sensor, row, feed, unit = None, np.eye(len(system.states))[i], 0.0, system.state_units[i]
-    per = system.input_units[k]
-    return Channel(shown, seen, k, row, feed, sensor, "1" if unit == per else f"{unit} / {_bracketed(per)}")
+    return Channel(shown, seen, k, row, feed, sensor, per_unit(unit, system.input_units[k]))
 
 
 def channel_derivatives(chosen: Channel, d: Derivatives) -> tuple[Array, Array]:
@@ -93,6 +92,11 @@ def _index(name: str, names: Sequence[str], kind: str, known: Sequence[str] | No
         hint = did_you_mean(name, listed, f"{kind}s")
         raise UsageError(Problem("SD305", f"no {kind} `{name}`", hint=hint))
     return names.index(name)
+
+
+def per_unit(unit: str, per: str) -> str:
+    """The unit of an output per input, "1" where they are the same."""
+    return "1" if unit == per else f"{unit} / {_bracketed(per)}"
 
 
 def _bracketed(unit: str) -> str:

@@ -18,15 +18,13 @@ from symdyn.spec.effect_schema import ParameterSchema
 class PositionServo(ServoLoop):
     """U = P (r - x) + I int(r - x) dt - D v within +-limit; r is the reference, x and v are measured at its place.
 
-    While the limit holds, the integrator follows it (back-calculation with the time P / I).
+    While the limit holds, the integrator follows it (back-calculation with the tracking time).
     """
 
     identifier = "position_servo"
     title = "position servo"
     parameters = (
-        ParameterSchema(
-            "proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", lower=0.0, zero_is_structural=True
-        ),
+        ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
             "integral",
             mechanical("V/rad/s", "V/m/s"),
@@ -44,6 +42,15 @@ class PositionServo(ServoLoop):
             default=0.0,
             zero_is_structural=True,
         ),
+        ParameterSchema(
+            "tracking_time",
+            mechanical("s", "s"),
+            "T_t",
+            "of the integrator after the limit",
+            None,
+            lower=1e-12,
+            default=0.1,
+        ),
         ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
         *SAMPLING,
     )
@@ -59,10 +66,9 @@ class PositionServo(ServoLoop):
     def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
         if not memory:
             return ()
-        if p["proportional"] == 0:
-            return (reference - port.x,)
         asked = self._asked(port, p, memory, reference)
-        return (reference - port.x + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"],)
+        excess = asked - clip(asked, -p["limit"], p["limit"])
+        return (reference - port.x - excess / (p["integral"] * p["tracking_time"]),)
 
     def reference_unit(self) -> Unit:
         return DISPLACEMENT

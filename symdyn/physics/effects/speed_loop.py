@@ -18,20 +18,13 @@ from symdyn.spec.effect_schema import ParameterSchema
 class SpeedLoop(ServoLoop):
     """U = K_P (w - v) + K_I int(w - v) dt within +-limit; w is the reference, or what a position loop asks for.
 
-    While the limit holds, the integrator follows it (back-calculation with the time K_P / K_I).
+    While the limit holds, the integrator follows it (back-calculation with the tracking time).
     """
 
     identifier = "speed_loop"
     title = "speed loop"
     parameters = (
-        ParameterSchema(
-            "proportional",
-            mechanical("V s/rad", "V s/m"),
-            "K_P",
-            "voltage per error",
-            lower=0.0,
-            zero_is_structural=True,
-        ),
+        ParameterSchema("proportional", mechanical("V s/rad", "V s/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
             "integral",
             mechanical("V/rad", "V/m"),
@@ -40,6 +33,15 @@ class SpeedLoop(ServoLoop):
             lower=0.0,
             default=0.0,
             zero_is_structural=True,
+        ),
+        ParameterSchema(
+            "tracking_time",
+            mechanical("s", "s"),
+            "T_t",
+            "of the integrator after the limit",
+            None,
+            lower=1e-12,
+            default=0.1,
         ),
         ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
         *SAMPLING,
@@ -56,10 +58,9 @@ class SpeedLoop(ServoLoop):
     def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
         if not memory:
             return ()
-        if p["proportional"] == 0:
-            return (reference - port.v,)
         asked = self._asked(port, p, memory, reference)
-        return (reference - port.v + (clip(asked, -p["limit"], p["limit"]) - asked) / p["proportional"],)
+        excess = asked - clip(asked, -p["limit"], p["limit"])
+        return (reference - port.v - excess / (p["integral"] * p["tracking_time"]),)
 
     def reference_unit(self) -> Unit:
         return SPEED

@@ -79,7 +79,7 @@ def test_a_delay_makes_it_a_difference_equation_of_second_order(share: float) ->
 @ways
 def test_an_integrator_with_a_limit_goes_on_by_its_difference_equation(way: Way, close: float) -> None:
     """PI within +-2 V, sampled, with a delay; the integrator follows the limit."""
-    gains = {"proportional": 12.0, "integral": 90.0, "limit": 2.0, "period": T, "delay": 0.3 * T}
+    gains = {"proportional": 12.0, "integral": 90.0, "tracking_time": 0.12, "limit": 2.0, "period": T, "delay": 0.3 * T}
     t = np.linspace(0.0, 1.5, 151)
     found = way(machine(loop(**gains)), t, [step(3.0, 0.1, before=0.2)])
     v, memory, held, expected = 0.0, 0.0, 0.0, []
@@ -88,7 +88,7 @@ def test_an_integrator_with_a_limit_goes_on_by_its_difference_equation(way: Way,
         error = (3.0 if k >= 10 else 0.2) - v
         asked = 12.0 * error + 90.0 * memory
         output = min(2.0, max(-2.0, asked))
-        memory += T * (error + (output - asked) / 12.0)
+        memory += T * (error + (output - asked) / (90.0 * 0.12))
         v, held = v + GAIN * T * (0.3 * held + 0.7 * output), output
     assert np.allclose(found.states[:, 1], expected, rtol=0.0, atol=close * 10)
 

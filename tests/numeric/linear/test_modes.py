@@ -7,11 +7,12 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from symdyn.compiler import linearise, load_robot
+from symdyn.compiler import linearise, load_robot, robot_from_text
 from symdyn.derive.linearize import without_nonsmooth
 from symdyn.numeric.linear.drops import without
 from symdyn.numeric.linear.eigen import poles
 from symdyn.numeric.linear.modes import modes
+from symdyn.spec.edit import add_effect
 
 from .machines import chain, drive
 
@@ -60,6 +61,21 @@ def test_losses_of_a_motor_whose_constants_differ_still_add_up() -> None:
     for mode in modes(family.at(p)):
         if mode.frequency:
             assert sum(mode.losses.values()) == pytest.approx(mode.decay, rel=1e-9)
+
+
+def test_a_bristle_at_rest_is_a_spring_with_a_damper() -> None:
+    """LuGre friction on the motor holds the drive: what its state stores and loses is in the balance."""
+    values = {"stiffness": "20 N m/rad", "damping": "1e-4 N m s/rad", "level": "0.025 N m", "excess": "0.01 N m"}
+    values["stribeck_velocity"] = "0.1 rad/s"
+    text = add_effect(load_robot("irb6-axis1").text, "lugre_friction", "axis1.motor", values)
+    found = modes(linearise(without_nonsmooth(robot_from_text(text, "lugre.toml"))).nominal)
+    assert all(sum(m.losses.values()) == pytest.approx(m.decay, rel=1e-7) for m in found if m.losses)
+    held = [m for m in found if m.pole.imag > 0]
+    (bristle,) = (name for name in held[0].hidden if "current" not in name)
+    assert max(m.hidden[bristle] for m in held) > 0.2
+    slowest = min((m for m in found if m.pole.imag > 0), key=lambda m: m.frequency)
+    assert slowest.kinetic["axis1"] > 0.4  # the load swings on the flexspline against a motor that is held
+    assert slowest.frequency == pytest.approx(np.sqrt(1.44 / 372e-6) / (2 * np.pi), rel=0.05)
 
 
 positive = st.floats(0.2, 5.0)

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from symdyn.base.errors import UsageError
+from symdyn.compiler import linearise, load_robot, robot_from_text
+from symdyn.derive.linearize import without_nonsmooth
 from symdyn.numeric.linear.cost import Band, Signal, cost
 from symdyn.numeric.linear.drops import rigid, shafts, with_sensor, without
 from symdyn.numeric.linear.lumps import lumped, lumps
 from symdyn.numeric.linear.mode_removal import balanced_orders, mode_removals
 from symdyn.numeric.linear.modes import modes
-from symdyn.numeric.linear.propose import propose
+from symdyn.numeric.linear.propose import propose, reduced
 from symdyn.numeric.linear.response import frequency_response
 
 from .machines import chain, drive
@@ -72,6 +74,7 @@ def test_all_rigid_is_one_inertia() -> None:
     for address in shafts(system):
         system = rigid(system, address)
     assert system.coordinates == ("axis1",)
+    assert system.e[0, 0] == system.f[0, 1] == 1.0
     assert system.e[1, 1] == pytest.approx(643e-6)
     assert system.f[1, 1] == pytest.approx(-788e-6)
     assert [m.name for m in modes(system)][1] == "axis1 slowing down"
@@ -162,6 +165,14 @@ def test_what_the_output_does_not_see_costs_nothing() -> None:
     assert at_rest[3] < 0.05 < at_rest[2]
 
 
+def test_a_pole_that_does_not_decay_is_kept_as_it_is() -> None:
+    """The load's angle is an integral of the voltage, which no truncation may touch."""
+    found = balanced_orders(drive().nominal, Band(0.1, 100.0), None, "axis1.q")
+    assert [row.order for row in found] == list(range(len(found), 0, -1))
+    assert found[0].residualised.worst < 1e-3
+    assert found[-1].residualised.worst > 0.5
+
+
 def test_removing_every_mode_alone_leaves_the_rest() -> None:
     system = drive().nominal
     found = {m.name: m for m in mode_removals(system, Band(0.1, 100.0))}
@@ -197,6 +208,55 @@ def test_more_error_allowed_never_leaves_more() -> None:
     assert [r.order for r in found] == sorted((r.order for r in found), reverse=True)
     assert [len(r.parameters) for r in found] == sorted((len(r.parameters) for r in found), reverse=True)
     assert not [s for s in found[0].steps if s.alone.worst > 1e-6]
+
+
+def test_where_the_machine_accelerates_no_inertia_is_set_to_zero() -> None:
+    """One volt at rest: without an inductance the current would jump, without an inertia the speed."""
+    robot = without_nonsmooth(load_robot("irb6-axis1"))
+    family = linearise(robot, u=np.array([1.0]))
+    assert without(family, "L") is None
+    found = propose(family, Band(0.1, 100.0), 0.05)
+    assert not {"L", "J_1", "J_2"} & set(dict(found.zeroed))
+    assert [s.what for s in found.steps if s.kind == "lump"] == ["d_5"]
+    assert all(s.so_far.worst <= 0.05 for s in found.steps)
+
+
+INVERTED = """\
+[robot]
+name = "inverted"
+gravity = [0, "-9.81 m/s^2", 0]
+[dh]
+rows = [["q", 0, "1 m", 0]]
+[[joint]]
+name = "pivot"
+link = { mass = "1 kg", com = [0, 0, 0] }
+[joint.drive]
+ratio = 10
+rotors = [{ name = "motor", inertia = "1e-6 kg m^2", fixed_to_joint = true }]
+[[effect]]
+type = "linear_spring"
+at = "pivot"
+stiffness = "6 N m/rad"
+[[effect]]
+type = "linear_spring"
+at = "pivot.motor"
+stiffness = "0.06 N m/rad"
+[[effect]]
+type = "viscous_friction"
+at = "pivot"
+coefficient = "1 N m s/rad"
+"""
+
+
+def test_nothing_is_taken_that_keeps_the_machine_upright() -> None:
+    """Two springs hold the rod together. Above its resonance each hardly matters; without either, it would fall."""
+    upright = np.array([np.pi / 2, 0.0])
+    family = linearise(robot_from_text(INVERTED, "inverted.toml"), upright)
+    springs = {"pivot_linear_spring_stiffness", "pivot_motor_linear_spring_stiffness"}
+    found = propose(family, Band(30.0, 300.0), 0.05)
+    assert all(dict(found.zeroed)[spring].worst < 0.01 for spring in springs)
+    assert springs <= set(found.parameters)
+    assert all(mode.pole.real <= 0.0 for machine in (family.nominal, reduced(family, found)) for mode in modes(machine))
 
 
 def test_another_output_is_reduced_for_itself() -> None:
