@@ -45,9 +45,10 @@ def due_at(instants: tuple[Array, Ints], time: float, close: float) -> Ints:
 def updated(machine: Machine, x: Array, signals: Sequence[Signal], time: float, due: Ints) -> Array:
     """The state after the clocks ``due`` have gone off, one after the other."""
     u, s = np.array([float(signal.at(np.array(time))) for signal in signals]), np.zeros(len(machine.switches))
+    x, nx = x.copy(), len(machine.kernel.states)
     for clock in due:
-        new = machine.call("updates", x, u, s)[clock]
-        x = np.concatenate([x[: len(x) - len(new)], new])
+        new = machine.call("updates", x[:nx], u, s)[clock]
+        x[nx - len(new) : nx] = new
     return x
 
 
