@@ -11,6 +11,8 @@ from scipy.integrate import solve_ivp
 
 Array = NDArray[np.float64]
 
+NUDGE = 1e-11  # s
+
 
 class EventSolver:
     """Integrates the modes of a hybrid kernel, one ``solve_ivp`` from event to event; inputs are ``u(t)``."""
@@ -40,7 +42,14 @@ class EventSolver:
                 states[here] = found.sol(times[here]).T
             t, x = float(found.t[-1]), found.y[:, -1].copy()
             if found.status == 1:
+                before = self.events
                 self._switch(t, x, [g for g, when in enumerate(found.t_events) if len(when)])
+                while self.events == before:  # located a rounding too early
+                    x, t = x + NUDGE * self._rate(t, x), t + NUDGE
+                    crossed = np.flatnonzero(self._watched(t, x) < 0.0)
+                    if len(crossed) == 0:
+                        break
+                    self._switch(t, x, crossed.tolist())
         states[-1] = x
         return states
 
@@ -61,6 +70,10 @@ class EventSolver:
         module.guards_state_jacobian_into(x, u, s, levers)
         module._rate(x, u, s, self.switches, levers, sticks, friction, share, matrix, True, self.out)
         return int(module._watch(x, u, s, self.switches, share, values, limits, self.guards, owner, target))
+
+    def _watched(self, t: float, x: Array) -> Array:
+        count = self._watch(t, x)
+        return self.guards[:count]
 
     def _guard(self, g: int) -> Callable[[float, Array], float]:
         s, share, matrix, sticks, friction, _, values, limits, _, owner, target = self.work[:11]
