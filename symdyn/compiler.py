@@ -15,6 +15,7 @@ from symdyn.base.errors import Problem
 from symdyn.base.files import write_atomically
 from symdyn.base.linear_system import Array, LinearFamily
 from symdyn.base.memory import collector_paused
+from symdyn.derive.clocks import require_continuous
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.derive.linearize import without_null_effects
 from symdyn.derive.switches import hybrid_equations
@@ -29,7 +30,7 @@ from symdyn.emit.templates import digest
 from symdyn.physics import schemas
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
-from symdyn.program.hybrid_functions import hybrid_functions, is_affine
+from symdyn.program.hybrid_functions import has_steady_drag, hybrid_functions, is_affine
 from symdyn.program.linear_family import linear_family
 from symdyn.program.optimize import CostRow, notable
 from symdyn.spec.machines import machine_file
@@ -104,6 +105,8 @@ def compile_robot(robot: Robot, smoothing: float | None = None) -> Compiled:
     """
     with collector_paused():
         equations = equations_of_motion(robot)
+        if smoothing is not None:
+            require_continuous(equations, "a simulation with smoothing")
         return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
@@ -116,7 +119,9 @@ def compile_hybrid(robot: Robot) -> Kernel:
     with collector_paused():
         hybrid = hybrid_equations(equations_of_motion(without_null_effects(robot)))
         found = hybrid_functions(hybrid)
-        return load_source(hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found)))
+        return load_source(
+            hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found), has_steady_drag(found))
+        )
 
 
 def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> LinearFamily:
@@ -125,7 +130,9 @@ def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> L
     Effects that jump have slope zero or one there; ``without_nonsmooth`` takes them out.
     """
     with collector_paused():
-        return linear_family(equations_of_motion(robot), x, u)
+        equations = equations_of_motion(robot)
+        require_continuous(equations, "a linear model")
+        return linear_family(equations, x, u)
 
 
 def generate(robot: Robot, folder: Path, targets: Sequence[str] = (DEFAULT_TARGET,)) -> tuple[Path, ...]:

@@ -12,6 +12,7 @@ import sympy as sp
 from symdyn.base import symbols
 from symdyn.base.errors import InputError, Problem
 from symdyn.base.nonsmooth import clip, deadzone, outside, pushing, sign_of, step
+from symdyn.derive.clocks import Clock, clocks
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.forces import Contribution
 from symdyn.derive.power import PowerFlow, power_flows
@@ -52,11 +53,13 @@ class HybridEquations:
     """Equations without jumps: in each mode they are smooth. Switches stand by kind, in the order of SwitchKind.
 
     ``flows`` tell where the energy goes, in a mode; a friction that sticks has speed zero and takes none.
+    What clocks do is not of any mode, and keeps its jumps and kinks.
     """
 
     equations: EquationsOfMotion
     switches: tuple[Switch, ...]
     flows: tuple[PowerFlow, ...]
+    clocks: tuple[Clock, ...] = ()
 
     def of_kind(self, kind: SwitchKind) -> tuple[Switch, ...]:
         return tuple(s for s in self.switches if s.kind is kind)
@@ -93,7 +96,7 @@ def hybrid_equations(equations: EquationsOfMotion) -> HybridEquations:
         )
         for f in power_flows(equations)
     )
-    return HybridEquations(_mapped(equations, in_mode), tuple(smooth), flows)
+    return HybridEquations(_mapped(equations, in_mode), tuple(smooth), flows, clocks(equations))
 
 
 def _expressions(equations: EquationsOfMotion) -> Iterator[tuple[str, sp.Expr]]:

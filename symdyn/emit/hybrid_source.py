@@ -11,18 +11,23 @@ from symdyn.emit.kernel_source import kernel_source
 from symdyn.emit.tables import name_tables
 from symdyn.emit.templates import render
 
-NEEDED = ("state_derivative", "state_derivative_friction_jacobian", "guards", "guards_state_jacobian", "bounds")
+NEEDED = (
+    "state_derivative", "state_derivative_friction_jacobian", "guards", "guards_state_jacobian", "bounds", "updates",
+)  # fmt: skip
 
 
-def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) -> str:
+def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool, steady_drag: bool) -> str:
     """A kernel module whose functions take the modes ``s``; AFFINE tells whether each mode is affine in x and u.
 
-    The integrator is that of templates/numba/simulation.py.j2; it is left out where parameters are free.
+    STEADY_DRAG tells whether what the frictions do to the rates depends on the modes alone.
+
+    The integrator is that of templates/numba/simulation_*.py.j2; it is left out where parameters are free.
     """
     tables = {
         "SWITCHES": repr(tuple(s.name for s in hybrid.switches)),
         "SWITCH_KINDS": repr(tuple(str(s.kind) for s in hybrid.switches)),
         "AFFINE": repr(affine),
+        "STEADY_DRAG": repr(steady_drag),
     }
     tables |= {kind.upper(): repr(tuple(of_kind(hybrid.flows, kind))) for kind in ENERGY_KINDS}
     kernel = kernel_source(hybrid.equations, forms, tables)
@@ -30,12 +35,19 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool) 
     if "state_derivative" not in names:
         return kernel
     found = name_tables(hybrid.equations)
-    sizes = [len(found["STATES"]), len(found["INPUTS"]), *(len(hybrid.of_kind(kind)) for kind in SwitchKind)]
+    hidden = len(hybrid.equations.states)
+    switches = (len(hybrid.of_kind(kind)) for kind in SwitchKind)
+    sizes = [len(found["STATES"]), len(found["INPUTS"]), hidden, len(hybrid.clocks), *switches]
     stubs = [_NOTHING.format(name) for name in NEEDED if name not in names]
-    context = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
-    return kernel.rstrip("\n") + "\n" + render("numba/simulation.py.j2", context)
+    own = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
+    modes, steps, events = (
+        render(f"numba/simulation_{part}.py.j2", {"compiled": _COMPILED} | (own if part == "modes" else {}))
+        for part in ("modes", "steps", "events")
+    )
+    return kernel.rstrip("\n") + "\n" + modes + steps + events
 
 
+_COMPILED = '@njit(cache=True, error_model="numpy")'
 _NOTHING = '''
 
 @njit(cache=True)

@@ -38,6 +38,10 @@ def _declared(effect: Effect, p: Values, z: tuple[sp.Symbol, ...], control: sp.S
     yield "force", effect.force(PORT, p) + effect.state_force(PORT, p, z, control)
     for state, rate in zip(effect.hidden_states(p), effect.rates(PORT, p, z, control), strict=True):
         yield f"d {state.name} / dt", rate.change / rate.storage
+    for update in effect.updates(PORT, p, z, control):
+        for state, symbol, value in zip(effect.hidden_states(p), z, update.values, strict=True):
+            when = "a delay after a sample" if update.delay != 0 else "at a sample"
+            yield f"new {state.name}, {when}", value if value != symbol else sp.Integer(0)
     through, body = effect.transmission(PORT, p), effect.body(p)
     if through is not None:
         yield from (("x let through", through.x), ("v let through", through.v))

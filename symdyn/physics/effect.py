@@ -67,6 +67,15 @@ class Rate:
 
 
 @dataclass(frozen=True, slots=True)
+class Update:
+    """What the hidden states become at the times ``delay + k period``, from what holds right before (k = 0, 1, ...)."""
+
+    period: sp.Expr
+    delay: sp.Expr  # no longer than the period
+    values: tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Sensor:
     """What an effect measures: ``value`` in terms of the port and of its hidden states."""
 
@@ -145,6 +154,10 @@ class Effect(ABC):
 
     def rates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Rate, ...]:
         """Of the hidden states, in their order."""
+        return ()
+
+    def updates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Update, ...]:
+        """Of what is sampled: how the hidden states jump. At one instant, earlier updates come first."""
         return ()
 
     def state_force(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:

@@ -58,6 +58,17 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
     if equations.sensors:
         output = lower("output", arguments, (), [s.value for s in equations.sensors], (len(equations.sensors),))
         found.append(Function(output, "What the sensors show, in the order of OUTPUTS."))
+    if hybrid.clocks:
+        times = [time for clock in hybrid.clocks for time in (clock.period, clock.delay)]
+        new = [clock.values.get(z, z) for clock in hybrid.clocks for z in (s.symbol for s in equations.states)]
+        count = len(hybrid.clocks)
+        found += [
+            Function(lower("clocks", arguments, (), times, (count, 2)), "Period and delay of each clock in s."),
+            Function(
+                lower("updates", arguments, (), new, (count, len(equations.states))),
+                "The hidden states after each clock has gone off alone.",
+            ),
+        ]
     split = (x, u, Argument(MODES, tuple(map(str, modes))), Argument("p", tuple(map(str, equations.parameters))))
     return tuple(Function(replace(f.program, arguments=split), f.doc) for f in found if f.program.outputs)
 
@@ -84,6 +95,11 @@ def is_affine(functions: Sequence[Function]) -> bool:
     """Whether rates and guards are affine in state and input in every mode: their derivatives know neither."""
     deciding = [f for f in functions if f.name.endswith("_jacobian") or f.name == "bounds"]
     return not any(_knows(f.program, ("x", "u")) for f in deciding if not f.name.endswith(BY_PARAMETERS))
+
+
+def has_steady_drag(functions: Sequence[Function]) -> bool:
+    """Whether the same share of a friction's limit does the same to the rates in every state and under every input."""
+    return not any(f.name == "state_derivative_friction_jacobian" and _knows(f.program, ("x", "u")) for f in functions)
 
 
 def _knows(program: Program, names: Sequence[str]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 from typing import final
@@ -22,6 +22,7 @@ from symdyn.base.units import parse_unit
 from symdyn.compiler import robot_from_text
 from symdyn.physics import catalogue, effects, schemas
 from symdyn.physics.effect import EFFORT, MECHANICAL, MOVING, PORT, Effect, Port, Values, unit_at
+from symdyn.physics.servo_loop import ServoLoop
 from symdyn.program.evaluate import evaluate
 from symdyn.program.lower import lower
 from symdyn.program.ssa import Argument, Program
@@ -263,8 +264,24 @@ def laws(effect: Effect, motion: Motion) -> list[tuple[str, sp.Expr, str]]:
         found.append(("current", current, "A"))
     if amplified is not None:
         found.append(("amplified input", amplified, push))
-    if (control := effect.controls(PORT, p, z, CONTROL)) is not None:
-        found.append(("control", control, SPEED_UNIT[motion] if effect.identifier == "position_loop" else "V"))
+    return [*found, *loop_laws(effect, motion, p, z)]
+
+
+def loop_laws(effect: Effect, motion: Motion, p: Values, z: Sequence[sp.Symbol]) -> list[tuple[str, sp.Expr, str]]:
+    """Those of a servo loop, continuous too."""
+    if not isinstance(effect, ServoLoop):
+        return []
+    unit = unit_at(effect.hands_on, motion)
+    memory = z[: len(effect.memory(p))]
+    found = [("output", effect.output(PORT, p, memory, CONTROL), unit)]
+    found.append(("output that is held", effect.controls(PORT, p, z, CONTROL), unit))
+    rates = effect.memory_rates(PORT, p, memory, CONTROL)
+    for state, rate in zip(effect.memory(p), rates, strict=True):
+        found.append((f"rate of {state.name}", rate, f"{unit_at(state.unit, motion)}/s"))
+    for update in effect.updates(PORT, p, z, CONTROL):
+        found += [("period", update.period, "s"), ("delay", update.delay, "s")]
+        for state, value in zip(effect.hidden_states(p), update.values, strict=True):
+            found.append((f"new {state.name}", value, unit_at(state.unit, motion)))
     return found
 
 
@@ -346,7 +363,8 @@ def traces(effect: Effect, p: Values) -> dict[str, sp.Expr]:
     found["speed let through"] = through.v - PORT.v if through is not None else sp.Integer(0)
     found["mass"] = body.mass if body is not None else sp.Integer(0)
     found["input"] = amplified - CONTROL if amplified is not None else sp.Integer(0)
-    found["control"] = effect.controls(PORT, p, z, CONTROL) or sp.Integer(0)
+    if isinstance(effect, ServoLoop):
+        found["output"] = effect.output(PORT, p, z[: len(effect.memory(p))], CONTROL)
     return found
 
 

@@ -13,8 +13,10 @@ from symdyn.numeric.hybrid.affine_modes import Modes
 from symdyn.numeric.hybrid.affine_store import MOST_STEPS, Bases, divided, levels_of, roomier
 from symdyn.numeric.hybrid.affine_switches import BASE, EVENTS, STEP, STEPS, TALLY, TICK, TRIES, begin, pick
 from symdyn.numeric.hybrid.machine import Machine
+from symdyn.numeric.hybrid.samples import due_at, samples, updated
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.trajectory import (
+    CLOSE,
     DONE,
     EVENTS_AT_FIRST,
     MOST_EVENTS,
@@ -30,6 +32,7 @@ from symdyn.numeric.hybrid.trajectory import (
     event,
     give_up,
     report,
+    report_one,
     stretches,
 )
 
@@ -71,7 +74,13 @@ class Affine:
         found: list[Event] = []
         begun: list[Beginning] = []
         steps = tries = 0
-        for first, last, step in stretches(time, signals):
+        instants = samples(machine.clocks, float(time[0]), float(time[-1]), closed=True)
+        close = CLOSE * float(time[1] - time[0])
+        for first, last, step in stretches(time, signals, instants[0].tolist()):
+            due = due_at(instants, first, close)
+            if len(due):
+                x = updated(machine, x, signals, first, due)
+                report_one(time, first, x, states)
             system, output, w = exosystem([signal.piece_at(first) for signal in signals], first)
             count, length = divided(first, last, step)
             prepared = self._prepare(system, output, length)
@@ -90,6 +99,7 @@ class Affine:
             steps, tries = steps + int(tally[STEPS]), tries + int(tally[TRIES])
             report(time, first, last, length, reports, states)
             x = z[:nx].copy()
+        states[-1] = updated(machine, x, signals, float(time[-1]), due_at(instants, float(time[-1]), close))
         inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
         return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), tuple(begun), steps, tries)
 
@@ -138,7 +148,8 @@ def simulate_affine(
 
     ``signals`` one per input; ``start`` (nx,) defaults to rest at the origin. Each mode is a linear system,
     whose exponential is applied; a step counts only when its guards have been proven positive all along
-    it, so that no event is missed. Events are located to 1e-11 s.
+    it, so that no event is missed. Events are located to 1e-11 s. What is sampled is reported as it is right
+    after the sample.
 
     Raises InputError (SD302) for bad times, start or signals, NumericalError (SD303) where the switches chatter or
     the state leaves the finite numbers, with the place and the time.

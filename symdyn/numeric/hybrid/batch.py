@@ -15,6 +15,7 @@ from symdyn.numeric.hybrid.affine_modes import Base, room
 from symdyn.numeric.hybrid.affine_store import MOST_STEPS, Bases, divided, levels_of
 from symdyn.numeric.hybrid.affine_switches import BASE, EVENTS, STEPS, TALLY, begin, pick
 from symdyn.numeric.hybrid.machine import FRICTION, Machine
+from symdyn.numeric.hybrid.samples import refuse_clocks
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.trajectory import (
     CHATTERS,
@@ -71,6 +72,7 @@ def simulate_batch(
     Raises InputError (SD302) for what no set can be simulated with, or if the machine is not affine. A set
     that fails says so in ``failures``, and the others go on.
     """
+    refuse_clocks(machine, "batches")
     kernel = machine.kernel
     nx, nu = len(kernel.states), len(kernel.inputs)
     each = _lists(signals)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.hybrid.machine import CONTACT, Machine
+from symdyn.numeric.hybrid.samples import refuse_clocks
 from symdyn.numeric.hybrid.signals import Signal
 from symdyn.numeric.hybrid.spans import mode_of, settled, spans
 from symdyn.numeric.hybrid.trajectory import HybridTrajectory
@@ -64,8 +65,9 @@ def energy_balance(machine: Machine, trajectory: HybridTrajectory, signals: Sequ
     where the machine is affine in every mode, to 1e-11 of the state elsewhere. At each reporting time the book
     goes on from the reported state, so that errors of the trajectory show in the residual.
 
-    Raises InputError (SD302) where the number of signals, or the states, are not the machine's.
+    Raises InputError: SD302 where the number of signals, or the states, are not the machine's; SD453 for a sampled one.
     """
+    refuse_clocks(machine, "energy book-keeping")
     kernel, module = machine.kernel, machine.kernel.module
     if len(signals) != len(kernel.inputs) or trajectory.states.shape[1] != len(kernel.states):
         raise InputError(Problem("SD302", "the trajectory, or the number of signals, is not this machine's"))

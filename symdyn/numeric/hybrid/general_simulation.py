@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.hybrid.machine import Machine
+from symdyn.numeric.hybrid.samples import samples
 from symdyn.numeric.hybrid.signals import Piece, Signal
 from symdyn.numeric.hybrid.trajectory import (
     DONE,
     EVENTS_AT_FIRST,
     MOST_EVENTS,
+    ROOM,
+    TOO_MANY,
     Beginning,
     Event,
     HybridTrajectory,
@@ -22,6 +25,7 @@ from symdyn.numeric.hybrid.trajectory import (
     event,
     give_up,
     report,
+    report_one,
     stretches,
 )
 
@@ -42,7 +46,8 @@ def simulate_general(
     """Integrate a machine and report at evenly spaced ``time`` (N,); ``signals`` one per input, ``start`` (nx,).
 
     The method of Dormand and Prince, order 5, with ``tolerance`` of each step relative to the state. Guards are
-    watched through its interpolant of order 4 at five points of every step.
+    watched through its interpolant of order 4, in the middle of every step and, unless they are far from zero there, at
+    five points. What is sampled is reported as it is right after the sample.
 
     Raises InputError (SD302) for bad times, start, signals or tolerance, NumericalError (SD303) where switches chatter,
     steps become too short or the state leaves the finite numbers.
@@ -62,8 +67,9 @@ def simulate_general(
     states[0] = x
     found: list[Event] = []
     begun: list[Beginning] = []
-    step, smallest = np.array([FIRST_STEP]), np.full(nx, tolerance * NEGLIGIBLE)
+    step, smallest = np.array([FIRST_STEP, 0.0]), np.full(nx, tolerance * NEGLIGIBLE)
     steps = tries = 0
+    clocks = machine.clocks
     for first, last, dt in stretches(time, signals):
         powers, sines = _pieces([signal.piece_at(first) for signal in signals], first)
         u = np.zeros(nu)
@@ -74,19 +80,22 @@ def simulate_general(
         found += at_a_jump(before, switches, first, machine) if first > time[0] else []
         count = max(1, round((last - first) / dt))
         length = (last - first) / count
+        times = np.linspace(0.0, last - first, count + 1)
+        instants, which = samples(clocks, first, last, last == time[-1])
         every = np.zeros((count + 1, nx))
-        events, tally = np.zeros((EVENTS_AT_FIRST, 4)), np.zeros(3, np.int64)
-        for k in range(count):
-            args = (powers, sines, step, tolerance, smallest)
-            status = module.advance(x, switches, k * length, (k + 1) * length, *args, events, tally)
-            if tally[0] > len(events) // 2 and len(events) < MOST_EVENTS:
-                events = np.concatenate([events, np.zeros_like(events)])
-            if status != DONE:
-                found += [event(row, first, 1.0, machine) for row in events[: tally[0]]]
-                give_up(status, first + k * length, found)
-            every[k + 1] = x
+        events, tally = np.zeros((EVENTS_AT_FIRST, 4)), np.zeros(5, np.int64)
+        step[1] = 0.0
+        args = (x, switches, times, powers, sines, instants - first, which, step, tolerance, smallest, every)
+        while (status := module.travel(*args, events, tally)) == ROOM:
+            if len(events) >= MOST_EVENTS:
+                status = TOO_MANY
+                break
+            events = np.concatenate([events, np.zeros_like(events)])
         found += [event(row, first, 1.0, machine) for row in events[: tally[0]]]
+        if status != DONE:
+            give_up(status, first + step[1], found)
         steps, tries = steps + int(tally[1]), tries + int(tally[2])
+        report_one(time, first, every[0], states)
         report(time, first, last, length, every, states)
     inputs = np.column_stack([signal.at(time) for signal in signals]) if nu else np.zeros((len(time), 0))
     return HybridTrajectory(np.asarray(time), states, inputs, tuple(found), tuple(begun), steps, tries)

@@ -58,6 +58,14 @@ class Machine:
         """(np,) values that a simulation takes."""
         return self.kernel.values if self.p is None else self.p
 
+    @property
+    def clocks(self) -> Array:
+        """(K, 2) period and delay of what is sampled, in s."""
+        kernel = self.kernel
+        return self.call("clocks", *(np.zeros(len(v)) for v in (kernel.states, kernel.inputs, self.switches))).reshape(
+            -1, 2
+        )
+
     def call(self, name: str, x: Array, u: Array, s: Array) -> Array:
         """A function of the kernel; an empty array where it has no entries."""
         form = name if self.p is None else f"{name}_p"

@@ -15,6 +15,7 @@ from symdyn.numeric.hybrid.exponential import growth_rate, legendre
 from symdyn.numeric.hybrid.linear_mode import LinearMode, by_parameters, linear_mode
 from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.saltation import crossed, jumped, stopped
+from symdyn.numeric.hybrid.samples import refuse_clocks
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.spans import Span, settled, spans
 from symdyn.numeric.hybrid.trajectory import HybridTrajectory
@@ -57,9 +58,10 @@ def simulate_sensitivities(
     Between events by the derivative of the exponential; at events with the shift of their time. They hold for
     changes that keep the order of the events. A start at which friction sticks has no sensitivity to its speed.
 
-    Raises InputError (SD302) for a machine that is not affine in every mode or a name that is no parameter,
-    NumericalError (SD303) where an event is touched and not crossed; and what ``simulate_affine`` raises.
+    Raises InputError (SD302) for a machine that is not affine in every mode or a name that is no parameter, SD453 for a
+    sampled one, NumericalError (SD303) where an event is touched and not crossed; and what ``simulate_affine`` raises.
     """
+    refuse_clocks(machine, "sensitivities")
     kernel = machine.kernel
     unknown = [name for name in parameters if name not in kernel.parameters]
     if unknown:

@@ -17,8 +17,9 @@ from symdyn.numeric.hybrid.signals import Signal
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+CLOSE = 1e-9  # of times that are one, as a share of the reporting step
 EVENTS_AT_FIRST, MOST_EVENTS = 4096, 10_000_000
-DONE, NEED_BASE, NO_ROOM, CHATTERS, TOO_MANY, NOT_FINITE, TOO_SHORT = range(7)  # how a stretch ended
+DONE, NEED_BASE, NO_ROOM, CHATTERS, TOO_MANY, NOT_FINITE, TOO_SHORT, ROOM = range(8)  # how a stretch ended
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +60,13 @@ class HybridTrajectory:
     tries: int
 
 
-def stretches(time: Array, signals: Sequence[Signal]) -> Iterator[tuple[float, float, float]]:
-    """(first, last, step): between changes of the signals, and never across a reporting time with another step."""
+def stretches(
+    time: Array, signals: Sequence[Signal], instants: Sequence[float] = ()
+) -> Iterator[tuple[float, float, float]]:
+    """(first, last, step): between changes of the signals, ``instants``, and reporting times with another step."""
     t0, t1, dt = float(time[0]), float(time[-1]), float(time[1] - time[0])
     cuts = {p.start for signal in signals for p in signal.pieces if t0 < p.start < t1}
+    cuts |= {t for t in instants if t0 < t < t1}
     edges = [t0, *sorted(cuts), t1]
     for a, b in pairwise(edges):
         low, high = t0 + dt * _ceil((a - t0) / dt), t0 + dt * _floor((b - t0) / dt)
@@ -71,16 +75,16 @@ def stretches(time: Array, signals: Sequence[Signal]) -> Iterator[tuple[float, f
         else:
             inner = [(a, b)] if low > high or low in (a, b) else [(a, low), (low, b)]
         for first, last in inner:
-            if last - first > 1e-9 * dt:
+            if last - first > CLOSE * dt:
                 yield first, last, dt
 
 
 def _ceil(value: float) -> int:
-    return int(np.ceil(value - 1e-9))
+    return int(np.ceil(value - CLOSE))
 
 
 def _floor(value: float) -> int:
-    return int(np.floor(value + 1e-9))
+    return int(np.floor(value + CLOSE))
 
 
 def report(time: Array, first: float, last: float, horizon: float, every: Array, states: Array) -> None:
@@ -90,6 +94,13 @@ def report(time: Array, first: float, last: float, horizon: float, every: Array,
     k = np.arange(max(low, 1), min(high, len(time) - 1) + 1)
     rows = np.rint((time[0] + k * dt - first) / horizon).astype(np.int64)
     states[k[rows > 0]] = every[rows[rows > 0]]
+
+
+def report_one(time: Array, at: float, x: Array, states: Array) -> None:
+    """Copy x to the reporting time ``at``, if it is one."""
+    place = (at - time[0]) / (time[1] - time[0])
+    if abs(place - round(place)) < CLOSE:
+        states[round(place)] = x
 
 
 def check(time: Array, x: Array, nx: int, signals: Sequence[Signal], nu: int) -> None:

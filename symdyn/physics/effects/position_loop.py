@@ -9,25 +9,27 @@ from typing import final
 import sympy as sp
 
 from symdyn.base.nonsmooth import clip
-from symdyn.physics.effect import DISPLACEMENT, MOVING, SPEED, Effect, Port, Unit, Values, mechanical
+from symdyn.physics.effect import DISPLACEMENT, SPEED, Port, Unit, Values, mechanical
+from symdyn.physics.servo_loop import SAMPLING, ServoLoop
 from symdyn.spec.effect_schema import ParameterSchema
 
 
 @final
-class PositionLoop(Effect):
+class PositionLoop(ServoLoop):
     """K_P (r - x) within +-limit, the reference of a speed loop that is declared after it."""
 
     identifier = "position_loop"
     title = "position loop"
-    attaches_to = MOVING
     parameters = (
         ParameterSchema("proportional", mechanical("1/s", "1/s"), "K_P", "speed per error", lower=0.0),
         ParameterSchema("limit", SPEED, r"\omega_{\max}", "largest speed", math.inf, lower=0.0),
+        *SAMPLING,
     )
     source = "Siciliano, Sciavicco, Villani, Oriolo 2009, Robotics, section 8.3"
+    hands_on = SPEED
 
-    def controls(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
-        return clip(p["proportional"] * (control - port.x), -p["limit"], p["limit"])
+    def output(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
+        return clip(p["proportional"] * (reference - port.x), -p["limit"], p["limit"])
 
     def reference_unit(self) -> Unit:
         return DISPLACEMENT

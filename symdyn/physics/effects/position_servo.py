@@ -9,12 +9,13 @@ from typing import final
 import sympy as sp
 
 from symdyn.base.nonsmooth import clip
-from symdyn.physics.effect import DISPLACEMENT, MOVING, Effect, HiddenState, Port, Rate, Unit, Values, mechanical
+from symdyn.physics.effect import DISPLACEMENT, HiddenState, Port, Unit, Values, mechanical
+from symdyn.physics.servo_loop import SAMPLING, ServoLoop
 from symdyn.spec.effect_schema import ParameterSchema
 
 
 @final
-class PositionServo(Effect):
+class PositionServo(ServoLoop):
     """U = P (r - x) + I int(r - x) dt - D v within +-limit; r is the reference, x and v are measured at its place.
 
     While the limit holds, the integrator follows it (back-calculation with the tracking time).
@@ -22,7 +23,6 @@ class PositionServo(Effect):
 
     identifier = "position_servo"
     title = "position servo"
-    attaches_to = MOVING
     parameters = (
         ParameterSchema("proportional", mechanical("V/rad", "V/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
@@ -52,31 +52,27 @@ class PositionServo(Effect):
             default=0.1,
         ),
         ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
+        *SAMPLING,
     )
     source = "van de Ven 1986, fig. 8; Astrom and Hagglund 1995, PID Controllers, section 3.5"
+    hands_on = "V"
 
-    def controls(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
-        return clip(self._asked(port, p, z, control), -p["limit"], p["limit"])
+    def output(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
+        return clip(self._asked(port, p, memory, reference), -p["limit"], p["limit"])
 
-    def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
+    def memory(self, p: Values) -> tuple[HiddenState, ...]:
         return () if p["integral"] == 0 else (HiddenState("integral", mechanical("rad s", "m s"), r"\epsilon"),)
 
-    def rates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Rate, ...]:
-        if not z:
+    def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
+        if not memory:
             return ()
-        asked = self._asked(port, p, z, control)
-        return (
-            Rate(
-                sp.Integer(1),
-                control
-                - port.x
-                + (clip(asked, -p["limit"], p["limit"]) - asked) / (p["integral"] * p["tracking_time"]),
-            ),
-        )
+        asked = self._asked(port, p, memory, reference)
+        excess = asked - clip(asked, -p["limit"], p["limit"])
+        return (reference - port.x - excess / (p["integral"] * p["tracking_time"]),)
 
     def reference_unit(self) -> Unit:
         return DISPLACEMENT
 
-    def _asked(self, port: Port, p: Values, z: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
-        integral = p["integral"] * z[0] if z else sp.Integer(0)
+    def _asked(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
+        integral = p["integral"] * memory[0] if memory else sp.Integer(0)
         return p["proportional"] * (reference - port.x) + integral - p["derivative"] * port.v

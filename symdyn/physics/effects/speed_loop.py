@@ -9,12 +9,13 @@ from typing import final
 import sympy as sp
 
 from symdyn.base.nonsmooth import clip
-from symdyn.physics.effect import MOVING, SPEED, Effect, HiddenState, Port, Rate, Unit, Values, mechanical
+from symdyn.physics.effect import SPEED, HiddenState, Port, Unit, Values, mechanical
+from symdyn.physics.servo_loop import SAMPLING, ServoLoop
 from symdyn.spec.effect_schema import ParameterSchema
 
 
 @final
-class SpeedLoop(Effect):
+class SpeedLoop(ServoLoop):
     """U = K_P (w - v) + K_I int(w - v) dt within +-limit; w is the reference, or what a position loop asks for.
 
     While the limit holds, the integrator follows it (back-calculation with the tracking time).
@@ -22,7 +23,6 @@ class SpeedLoop(Effect):
 
     identifier = "speed_loop"
     title = "speed loop"
-    attaches_to = MOVING
     parameters = (
         ParameterSchema("proportional", mechanical("V s/rad", "V s/m"), "K_P", "voltage per error", lower=0.0),
         ParameterSchema(
@@ -44,31 +44,27 @@ class SpeedLoop(Effect):
             default=0.1,
         ),
         ParameterSchema("limit", mechanical("V", "V"), r"U_{\max}", "largest voltage", math.inf, lower=0.0),
+        *SAMPLING,
     )
     source = "Siciliano, Sciavicco, Villani, Oriolo 2009, Robotics, section 8.3"
+    hands_on = "V"
 
-    def controls(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> sp.Expr:
-        return clip(self._asked(port, p, z, control), -p["limit"], p["limit"])
+    def output(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
+        return clip(self._asked(port, p, memory, reference), -p["limit"], p["limit"])
 
-    def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
+    def memory(self, p: Values) -> tuple[HiddenState, ...]:
         return () if p["integral"] == 0 else (HiddenState("integral", mechanical("rad", "m"), r"\epsilon"),)
 
-    def rates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Rate, ...]:
-        if not z:
+    def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
+        if not memory:
             return ()
-        asked = self._asked(port, p, z, control)
-        return (
-            Rate(
-                sp.Integer(1),
-                control
-                - port.v
-                + (clip(asked, -p["limit"], p["limit"]) - asked) / (p["integral"] * p["tracking_time"]),
-            ),
-        )
+        asked = self._asked(port, p, memory, reference)
+        excess = asked - clip(asked, -p["limit"], p["limit"])
+        return (reference - port.v - excess / (p["integral"] * p["tracking_time"]),)
 
     def reference_unit(self) -> Unit:
         return SPEED
 
-    def _asked(self, port: Port, p: Values, z: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
-        integral = p["integral"] * z[0] if z else sp.Integer(0)
+    def _asked(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
+        integral = p["integral"] * memory[0] if memory else sp.Integer(0)
         return p["proportional"] * (reference - port.v) + integral

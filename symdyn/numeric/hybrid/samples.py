@@ -1,0 +1,58 @@
+"""The instants at which clocks go off, and what they do to the state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.base.errors import InputError, Problem
+from symdyn.numeric.hybrid.machine import Machine
+from symdyn.numeric.hybrid.signals import Signal
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+AT_ONCE = 1e-12  # s between instants that are one
+
+
+def samples(clocks: Array, first: float, last: float, closed: bool) -> tuple[Array, Ints]:
+    """Instants (M,) from ``first`` to ``last`` in order, and which clock goes off at each; ``closed``: last included.
+
+    ``clocks`` (K, 2) are periods and delays in s: clock k goes off at delay + n period, n = 0, 1, ... Those of one
+    instant stay in the order of the clocks.
+    """
+    when, which = [np.zeros(0)], [np.zeros(0, np.int64)]
+    end = last + AT_ONCE if closed else last - AT_ONCE
+    for k, (period, delay) in enumerate(clocks):
+        start = max(0, int(np.ceil((first - AT_ONCE - delay) / period)))
+        count = max(0, int(np.floor((end - delay) / period)) + 1 - start)
+        times = delay + period * np.arange(start, start + count)
+        when.append(times)
+        which.append(np.full(count, k, np.int64))
+    times, owners = np.concatenate(when), np.concatenate(which)
+    order = np.lexsort((owners, np.round(times / AT_ONCE)))
+    return times[order], owners[order]
+
+
+def due_at(instants: tuple[Array, Ints], time: float, close: float) -> Ints:
+    """The clocks that go off at ``time``, or as ``close`` to it as makes no difference, in s."""
+    times, owners = instants
+    return owners[np.searchsorted(times, time - close) : np.searchsorted(times, time + close)]
+
+
+def updated(machine: Machine, x: Array, signals: Sequence[Signal], time: float, due: Ints) -> Array:
+    """The state after the clocks ``due`` have gone off, one after the other."""
+    u, s = np.array([float(signal.at(np.array(time))) for signal in signals]), np.zeros(len(machine.switches))
+    x, nx = x.copy(), len(machine.kernel.states)
+    for clock in due:
+        new = machine.call("updates", x[:nx], u, s)[clock]
+        x[nx - len(new) : nx] = new
+    return x
+
+
+def refuse_clocks(machine: Machine, what: str) -> None:
+    """InputError (SD453) for a sampled machine, whose jumps at samples ``what`` does not follow."""
+    if len(machine.clocks):
+        raise InputError(Problem("SD453", f"{what}: the robot has sampled servo loops", hint="leave their period out"))
