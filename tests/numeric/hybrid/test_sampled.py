@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from symdyn.base.errors import InputError
 from symdyn.compiler import compile_hybrid, compile_robot, linearise, load_robot, robot_from_text
 from symdyn.numeric.hybrid.affine_simulation import simulate_affine
+from symdyn.numeric.hybrid.batch import simulate_batch
+from symdyn.numeric.hybrid.energy import energy_balance
 from symdyn.numeric.hybrid.general_simulation import simulate_general
 from symdyn.numeric.hybrid.samples import samples
+from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.signals import constant, step
 
 from .machines import SERVO, effect, machine
@@ -173,3 +176,15 @@ def test_what_a_sampled_loop_cannot_be_is_refused() -> None:
         compile_robot(sampled, smoothing=1e-3)
     with pytest.raises(InputError, match="SD203"):
         robot_from_text(loop(proportional=1.0, period=-T), "wheel.toml")
+
+
+def test_what_does_not_follow_samples_refuses_a_sampled_machine() -> None:
+    sampled, time, signals = machine(loop(proportional=1.0, period=T)), np.linspace(0.0, 0.1, 11), [constant(1.0)]
+    trajectory = simulate_affine(sampled, time, signals)
+    for what in (
+        lambda: energy_balance(sampled, trajectory, signals),
+        lambda: simulate_sensitivities(sampled, time, signals, initial=True),
+        lambda: simulate_batch(sampled, time, signals, starts=np.zeros((2, sampled.size))),
+    ):
+        with pytest.raises(InputError, match="SD453: .* sampled servo loops"):
+            what()
