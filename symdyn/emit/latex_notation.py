@@ -25,5 +25,5 @@ _MEANINGS: tuple[tuple[type[sp.Function], str, str], ...] = (
 
 def notation(expressions: Iterable[sp.Expr]) -> tuple[tuple[str, str], ...]:
     """(LaTeX, meaning) of each operator that occurs, in a fixed order; meanings may hold LaTeX between dollar signs."""
-    found = {type(atom) for e in expressions for atom in sp.sympify(e).atoms(sp.Function)}
+    found = {type(atom) for e in expressions for atom in sp.sympify(e, strict=True).atoms(sp.Function)}
     return tuple((symbol, words) for kind, symbol, words in _MEANINGS if kind in found)

@@ -138,7 +138,7 @@ def _chunk(
         z[:, :nx], z[:, nx : nx + w.shape[1]], z[:, nx + w.shape[1]] = x[going], w, 1.0
         state, tally = switches[going], np.zeros((len(going), len(TALLY)), np.int64)
         reports = np.full((len(going), count + 1, nx), np.nan)
-        ended[going] = _run(bases, z, state, length, count, reports, tally)
+        ended[going] = _run(bases, z, state, length, count, reports, tally, first > time[0])
         met.update(int(number) for number in bases.known if number >= 0)
         switches[going], x[going] = state, z[:, :nx]
         batch.events[here][going] += tally[:, EVENTS]
@@ -148,8 +148,14 @@ def _chunk(
     return ended
 
 
-def _run(bases: Bases, z: Array, state: Ints, length: float, count: int, reports: Array, tally: Ints) -> Ints:
-    """Propagate all sets to the end of a stretch, making room and bases for those that need them."""
+def _run(
+    bases: Bases, z: Array, state: Ints, length: float, count: int, reports: Array, tally: Ints, later: bool
+) -> Ints:
+    """Propagate all sets to the end of a stretch, making room and bases for those that need them.
+
+    ``later``: not the first stretch, so that switches which change at its beginning are events.
+    """
+    origin = state.copy()
     strides = bases.steps(length)
     levels = np.array([levels_of(length / stride) for stride in strides])
     n = z.shape[1]
@@ -161,7 +167,7 @@ def _run(bases: Bases, z: Array, state: Ints, length: float, count: int, reports
     while len(todo):
         _propagate(
             todo, z, state, bases.stacked, bases.known, length, strides, levels, count, reports, tally, status,
-            modes, sizes, get_num_threads(),
+            modes, sizes, get_num_threads(), origin, later,
         )  # fmt: skip
         for number in np.unique(tally[todo, BASE][status[todo] % BEGINS == NEED_BASE]):
             if number not in bases.known:
@@ -175,7 +181,8 @@ def _run(bases: Bases, z: Array, state: Ints, length: float, count: int, reports
 @njit(parallel=True, cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def _propagate(
     todo: Ints, z: Array, state: Ints, bases: Base, known: Ints, length: float, strides: Ints, levels: Ints, count: int,
-    reports: Array, tally: Ints, status: Ints, modes: int, sizes: tuple[int, int, int, int], threads: int
+    reports: Array, tally: Ints, status: Ints, modes: int, sizes: tuple[int, int, int, int], threads: int, origin: Ints,
+    later: bool
 ) -> None:  # fmt: skip
     """Each thread takes every so manieth set; a set has modes of its own, so that its numbers know of no other."""
     n, one, frictions, guards = sizes
@@ -190,6 +197,8 @@ def _propagate(
             own = pick(bases, b)
             if status[b] >= BEGINS:
                 found = begin(z[b], state[b], own, known, tally[b])
+                if found == DONE and later:  # what a jump of the inputs changes at once
+                    tally[b, EVENTS] += np.sum(state[b] != origin[b])
                 status[b] = found if found == DONE else BEGINS + found
                 if found != DONE:
                     continue

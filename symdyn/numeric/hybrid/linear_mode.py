@@ -34,25 +34,32 @@ def linear_mode(machine: Machine, switches: Sequence[int], system: Array, output
     """The mode of ``switches``, with the inputs of an exosystem."""
     nf = machine.count(FRICTION)
     modes = mode_of(switches)
-    base = _base(machine, modes[nf:], system, output)
-    sigma = np.zeros((nf, len(base.a)))
-    a = mode_matrix(base, np.array(switches, dtype=np.int64), sigma, len(base.a) - 1)
+    stacked = machine.base(_number(modes[nf:]), system[None], output[None], machine.parameters[None])
+    wide = Base(*(part[0] for part in stacked))
+    n = machine.size + len(system) + 1
+    sigma = np.zeros((nf, len(wide.a)))
+    a = mode_matrix(wide, np.array(switches, dtype=np.int64), sigma, n - 1)[:n, :n].copy()
+    base, sigma = _narrow(wide, n), sigma[:, :n].copy()
     modes[:nf] = 0.0
     return LinearMode(base, a, sigma, output, modes, tuple(k for k in range(nf) if switches[k] == 0))
 
 
-def _base(machine: Machine, held: Array, system: Array, output: Array) -> Base:
-    """Of one set, without the rows that only fill up vectors."""
+def _number(held: Array) -> int:
+    """Of a combination of contacts and limits, as ``affine_switches.base_of`` counts."""
     number = 0
     for k in held:
         number = number * 3 + int(k) + 1
-    base = machine.base(number, system[None], output[None], machine.parameters[None])
-    n = machine.size + len(system) + 1
+    return number
+
+
+def _narrow(base: Base, n: int) -> Base:
+    """Without the entries that only fill up vectors."""
     speeds, gap, high, low, argument = (
-        part[0][:, :n].copy() for part in (base.speeds, base.gap, base.high, base.low, base.argument)
+        part[:, :n].copy() for part in (base.speeds, base.gap, base.high, base.low, base.argument)
     )
-    a, friction = base.a[0][:n, :n].copy(), base.friction[0][:n].copy()
-    return Base(a, friction, speeds, gap, high, low, argument, base.gap_half[0], base.limits[0])
+    return Base(
+        base.a[:n, :n].copy(), base.friction[:n].copy(), speeds, gap, high, low, argument, base.gap_half, base.limits
+    )
 
 
 def by_parameters(machine: Machine, mode: LinearMode, which: Sequence[int]) -> Array:

@@ -82,18 +82,19 @@ def _general(machine: Machine, signals: Sequence[Signal]) -> Worker:
     """The equations of the mode and the powers together, by Dormand and Prince's method of order 8."""
     module = machine.kernel.module
     nx, nf = len(machine.kernel.states), machine.count(FRICTION)
-    spare = np.zeros(nf, np.int64), np.zeros((nx, nf)), np.zeros(2 * nf), np.zeros((nf, nf))
+    spare = np.zeros(2 * nf + 1, np.int64), np.zeros((nx, nf)), np.zeros(2 * nf), np.zeros((nf, 2 * nf))
 
     def work(x: Array, span: Span) -> tuple[Array, Array]:
         s, switches = mode_of(span.switches), np.array(span.switches, dtype=np.int64)
         pieces = [signal.piece_at(span.begun) for signal in signals]
-        levers = module._levers(x, np.zeros(len(pieces)))
+        jacobian = machine.call("guards_state_jacobian", x, np.zeros(len(pieces)), s).reshape(-1, nx)
+        levers = np.ascontiguousarray(jacobian[:nf])
         sticks, friction, share, matrix = spare
 
         def rates(t: float, y: Array) -> Array:
             state, u = np.ascontiguousarray(y[:nx]), np.array([piece.at(np.array(t)) for piece in pieces], np.float64)
             out = np.zeros(nx)
-            module._rate(state, u, s, switches, levers, sticks, friction, share, matrix, out)
+            module._rate(state, u, s, switches, levers, sticks, friction, share, matrix, True, out)
             return np.concatenate([out, *(machine.call(name, state, u, s) for name in POWERS)])
 
         size = sum(len(machine.call(name, x, np.zeros(len(pieces)), s)) for name in POWERS)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.drive.machine import SERVO
 from symdyn.base.errors import InputError
 from symdyn.compiler import compile_hybrid, compile_robot, linearise, load_robot, robot_from_text
 from symdyn.numeric.hybrid.affine_simulation import simulate_affine
@@ -18,7 +19,7 @@ from symdyn.numeric.hybrid.samples import samples
 from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.signals import constant, step
 
-from .machines import SERVO, effect, machine
+from .machines import effect, machine
 from .test_events import Way
 
 Array = NDArray[np.float64]
@@ -186,5 +187,5 @@ def test_what_does_not_follow_samples_refuses_a_sampled_machine() -> None:
         lambda: simulate_sensitivities(sampled, time, signals, initial=True),
         lambda: simulate_batch(sampled, time, signals, starts=np.zeros((2, sampled.size))),
     ):
-        with pytest.raises(InputError, match="SD453: .* sampled servo loops"):
+        with pytest.raises(InputError, match=r"SD453: .* sampled servo loops"):
             what()
