@@ -16,6 +16,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.program.evaluate import evaluate
 from symdyn.program.functions import Function, functions
 from symdyn.program.ssa import Program
+from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 from tests.emit.machines import MACHINES
 
@@ -148,13 +149,24 @@ def test_mass_matrix_and_bias_make_inverse_dynamics(machine: str, interpreted: M
         assert_close(mass @ qdd + bias, at(kernel, "inverse_dynamics", q, qd, qdd), machine)
 
 
+def springs_at_rest(robot: Robot, kernel: Kernel, q: np.ndarray) -> np.ndarray:
+    """Rotors where their joints put them."""
+    numbers, place = {p.name: p.value for p in robot.parameters}, {c: k for k, c in enumerate(kernel.coordinates)}
+    untwisted = q.copy()
+    for joint in robot.joints:
+        for rotor in joint.drive.rotors if joint.drive is not None else ():
+            if not rotor.fixed_to_joint:
+                ratio = value_of(joint.drive.ratio, numbers)
+                untwisted[place[f"{joint.name}.{rotor.name}"]] = ratio * q[place[joint.name]]
+    return untwisted
+
+
 def test_gravity_is_the_bias_of_an_arm_at_rest(machine: str, interpret: Interpret) -> None:
     robot = load_robot(machine)
     kernel = interpret(compile_robot(frictionless(robot)))
-    driven = any(joint.drive for joint in robot.joints)
     some = False
     for q, qd, _ in states(kernel):
-        untwisted = np.full_like(q, q[0]) if driven else q  # springs at rest: the ratio of these drives is 1
+        untwisted = springs_at_rest(robot, kernel, q)
         holding = at(kernel, "gravity", untwisted)
         assert_close(at(kernel, "bias_force", untwisted, np.zeros_like(qd)), holding, machine)
         some |= bool(np.any(holding))

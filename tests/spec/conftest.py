@@ -88,6 +88,13 @@ CATALOGUE = {
             ),
         ),
         _effect(
+            "position_servo",
+            MOVING,
+            ParameterSchema("proportional", {ROTATIONAL: "V/rad"}, "K_P", "voltage per error", lower=0.0),
+            ParameterSchema("derivative", {ROTATIONAL: "V s/rad"}, "K_D", "voltage per speed", default=0.0),
+            ParameterSchema("limit", {ROTATIONAL: "V"}, "U", "largest voltage", null=None, lower=0.0),
+        ),
+        _effect(
             "backlash",
             frozenset({PlaceKind.SHAFT}),
             ParameterSchema("clearance", {ROTATIONAL: "rad", TRANSLATIONAL: "m"}, "S", "clearance", lower=0.0),
