@@ -100,7 +100,7 @@ def test_waves_are_exact_also_where_sums_are_reordered(
     flags: tuple[str, ...], tolerance: float, compiler: str, tmp_path: Path
 ) -> None:
     if flags == ("-mfpmath=387",) and not has_387(compiler, tmp_path):
-        pytest.skip(f"{compiler} has no unit of more digits here")
+        pytest.skip(f"{compiler} has no unit of more digits here")  # x87 is of x86 alone, and clang may lack it
     library = Library(tmp_path, of_programs(waves()), compiler, flags)
     rows = library.many("f_0_batch", ANGLES.size, [ANGLES], (ANGLES.size, 2))
     wanted = [(math.sin(x), math.cos(x)) for x in ANGLES.tolist()]

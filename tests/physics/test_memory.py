@@ -95,7 +95,9 @@ def test_dahl_approaches_its_level_over_a_distance() -> None:
 
 
 def test_bouc_wen_of_exponent_one_is_dahl() -> None:
-    wave = lambda t: (0.2 * math.sin(t), 0.2 * math.cos(t))  # noqa: E731  # two laws, one motion
+    def wave(t: float) -> tuple[float, float]:
+        return 0.2 * math.sin(t), 0.2 * math.cos(t)
+
     numbers = {"level": 2.0, "yield_displacement": 2.0 / 40.0, "shape": 1.0, "exponent": 1.0}
     one = Law("bouc_wen_hysteresis", numbers).along(wave, 10.0)
     other = Law("dahl_friction", DAHL).along(wave, 10.0)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -151,7 +153,7 @@ def test_morris_effects_of_known_functions() -> None:
 
 
 @pytest.mark.parametrize("method", [morris, sobol])
-def test_the_same_seed_gives_the_same_numbers(method) -> None:  # type: ignore[no-untyped-def]
+def test_the_same_seed_gives_the_same_numbers(method: Callable[..., Any]) -> None:
     family, numbers = product()
     once, again, other = (method(family, numbers, RANGES, 8, seed) for seed in (0, 0, 1))
     assert once == again
