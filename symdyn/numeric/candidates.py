@@ -12,6 +12,8 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import DHRow, EffectSpec, Monomial, Motion, Parameter, Place, PlaceKind, Robot
 
+NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
+
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
@@ -66,7 +68,7 @@ def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
         values = []
         for schema in catalogue()[candidate.effect].parameters:
             name = candidate.parameter(schema)
-            null = 1.0 if schema.null is None else schema.null
+            null = 1.0 if schema.null is None else min(schema.null, NO_LIMIT)
             parameters.append(Parameter(name, null, candidate.unit(schema), schema.latex, schema.meaning))
             values.append((schema.name, Monomial(Fraction(1), ((name, 1),))))
         effects.append(EffectSpec(candidate.effect, candidate.place.address, tuple(values)))

@@ -25,11 +25,13 @@ from symdyn.program.substitute import bind
 _SUM = "effort of the arm and of effects"
 
 
-def effort_tangent(equations: EquationsOfMotion, smoothing: float | None = None) -> Program:
+def effort_tangent(
+    equations: EquationsOfMotion, smoothing: float | None = None, friction_of: Sequence[str] | None = None
+) -> Program:
     """Of (q, qd, qdd, p), an array (n, 3 n + 1): derivatives with respect to q, qd and qdd, then the bias force.
 
-    The last n + 1 columns do not depend on qdd. ``smoothing``: width over which jumps are smoothed before anything is
-    differentiated.
+    The last n + 1 columns do not depend on qdd. ``smoothing`` and ``friction_of``: which jumps are smoothed
+    over which width before anything is differentiated.
     """
     axes = equations.axes
     n, place = len(axes), {axis.address: k for k, axis in enumerate(axes)}
@@ -39,7 +41,7 @@ def effort_tangent(equations: EquationsOfMotion, smoothing: float | None = None)
 
     def lowered(steps: Sequence[Step], outputs: sp.Matrix) -> Program:
         program = lower("effort_tangent", arguments, steps, list(outputs), outputs.shape)
-        return program if smoothing is None else smooth(program, smoothing)
+        return program if smoothing is None else smooth(program, smoothing, friction_of)
 
     derived = effort_jacobian(equations.robot)
     blocks = sp.zeros(n, 3 * n + 1)

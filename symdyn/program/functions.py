@@ -29,17 +29,20 @@ from symdyn.program.substitute import bind
 __all__ = ["Function", "fold_parameters", "functions"]
 
 
-def functions(equations: EquationsOfMotion, smoothing: float | None = None) -> tuple[Function, ...]:
+def functions(
+    equations: EquationsOfMotion, smoothing: float | None = None, friction_only: bool = False
+) -> tuple[Function, ...]:
     """Every function of the kernel of one robot, parameters not yet folded in.
 
-    ``smoothing``: width over which jumps are smoothed before anything is differentiated.
+    ``smoothing``: width over which jumps are smoothed before anything is differentiated; with ``friction_only``
+    those of friction, which is steep in speed, while contacts and limits stay as they are.
     """
-    return _Functions(equations, smoothing).all()
+    return _Functions(equations, smoothing, friction_only).all()
 
 
 def state_derivative(equations: EquationsOfMotion) -> Program:
     """d x / dt as a program of x, u and p alone, for those who need no other function."""
-    work = _Functions(equations, None)
+    work = _Functions(equations, None, False)
     steps, efforts = equations.required()
     required = work.lower("inverse_dynamics", (work.q, work.qd, work.qdd), efforts, steps)
     bias = _at_zero(replace(required, name="bias_force"), (work.qdd,))
@@ -48,7 +51,7 @@ def state_derivative(equations: EquationsOfMotion) -> Program:
 
 
 class _Functions:
-    def __init__(self, equations: EquationsOfMotion, smoothing: float | None) -> None:
+    def __init__(self, equations: EquationsOfMotion, smoothing: float | None, friction_only: bool) -> None:
         self.equations, self.smoothing = equations, smoothing
         axes = equations.axes
         self.q = Argument("q", tuple(str(a.q) for a in axes))
@@ -60,6 +63,7 @@ class _Functions:
         self.u = Argument("u", tuple(str(i.symbol) for i in equations.inputs))
         self.p = Argument("p", tuple(str(p) for p in equations.parameters))
         self.n = len(axes)
+        self.friction_of = self.qd.symbols if friction_only else None
 
     def all(self) -> tuple[Function, ...]:
         equations = self.equations
@@ -73,7 +77,7 @@ class _Functions:
         actuation = self.lower("actuation", (self.x, self.u), equations.actuation())
         forward = self.forward_dynamics(mass, bias)
         state = self.state_derivative(forward, actuation)
-        tangent = effort_tangent(equations, self.smoothing)
+        tangent = effort_tangent(equations, self.smoothing, self.friction_of)
         found = [
             Function(required, "Effort (n,) along each coordinate that the motion needs."),
             Function(forward, "Acceleration (n,) under efforts tau."),
@@ -119,13 +123,16 @@ class _Functions:
                 Function(differentiate(output, self.x.symbols, "output_state_jacobian"), "C = d output / d x."),
                 Function(differentiate(output, self.u.symbols, "output_input_jacobian"), "D = d output / d u."),
             ]
+            if self.p.symbols:
+                by_parameters = differentiate(output, self.p.symbols, "output_parameter_jacobian")
+                found.append(Function(by_parameters, "d output / d p."))
         return (*found, *kinematic_functions(equations))
 
     def lower(
         self, name: str, arguments: tuple[Argument, ...], outputs: Sequence[sp.Expr], steps: Sequence[Step] = ()
     ) -> Program:
         program = lower(name, (*arguments, self.p), steps, outputs, (len(outputs),))
-        return program if self.smoothing is None else smooth(program, self.smoothing)
+        return program if self.smoothing is None else smooth(program, self.smoothing, self.friction_of)
 
     def mass_matrix(self) -> Program:
         """The arm's, by composite bodies, and what effects add to it (rotors): inertial forces are linear in qdd."""

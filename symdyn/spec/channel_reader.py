@@ -10,7 +10,8 @@ from symdyn.base.units import UnitError, si_factor
 from symdyn.base.wording import did_you_mean, quoted
 from symdyn.spec.field_units import channel_unit, motion_of
 from symdyn.spec.findings import Findings
-from symdyn.spec.records import Channel, ChannelMap, Joint, JointKind, Quantity, Robot, Side
+from symdyn.spec.places import joint_places
+from symdyn.spec.records import Channel, ChannelMap, Joint, Motion, Quantity, Robot, Side
 from symdyn.spec.schema import ChannelMapFile, ChannelTable, RecordingTable
 from symdyn.spec.shape import validated
 from symdyn.spec.toml_positions import KeyPath
@@ -31,26 +32,27 @@ def read_channel_map(path: str | Path, robot: Robot) -> ChannelMap:
 def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Findings) -> ChannelMap:
     """The channel map of a [recording] table; what is wrong is added to the findings."""
     path: KeyPath = ("recording",)
-    kinds = {joint.name: joint.kind for joint in joints}
+    motions = {joint.name: motion_of(joint.kind) for joint in joints}
+    motions |= {place.address: place.motion for joint in joints for place in joint_places(joint)}
     time_factor = _factor(table.time.unit, "s", (*path, "time", "unit"), findings)
     channels = tuple(
-        _read_channel(channel, (*path, "channel", i), kinds, findings) for i, channel in enumerate(table.channel)
+        _read_channel(channel, (*path, "channel", i), motions, findings) for i, channel in enumerate(table.channel)
     )
     _check_columns(table, findings)
     _check_measured_once(channels, findings)
     return ChannelMap(table.time.column, time_factor, channels, findings.where(path), table.time.unit)
 
 
-def _read_channel(table: ChannelTable, path: KeyPath, kinds: Mapping[str, JointKind], findings: Findings) -> Channel:
+def _read_channel(table: ChannelTable, path: KeyPath, motions: Mapping[str, Motion], findings: Findings) -> Channel:
     quantity = Quantity(table.quantity)
     factor = 1.0
-    kind = kinds.get(table.joint)
-    if kind is None:
-        findings.error(
-            (*path, "joint"), "SD104", f"no joint {quoted(table.joint)}", did_you_mean(table.joint, kinds, "joints")
-        )
+    motion = motions.get(table.joint)
+    if motion is None:
+        advice = did_you_mean(table.joint, motions, "joints and parts of drives")
+        findings.error((*path, "joint"), "SD104", f"no joint {quoted(table.joint)}", advice)
     else:
-        factor = _factor(table.unit, channel_unit(quantity, motion_of(kind)), (*path, "unit"), findings)
+        moves = Motion.ROTATIONAL if motion is Motion.ELECTRICAL else motion
+        factor = _factor(table.unit, channel_unit(quantity, moves), (*path, "unit"), findings)
     if table.scale == 0:
         findings.error((*path, "scale"), "SD203", "a scale of 0 makes every sample zero")
     return Channel(

@@ -24,6 +24,7 @@ class AmplifierDeadZone(Effect):
     parameters = (
         ParameterSchema("half_width", {Motion.ELECTRICAL: "V"}, "U_d", "largest input without output", lower=0.0),
     )
+    proposable = True
     source = "Slotine and Li 1991, Applied Nonlinear Control, section 5.2"
     signature = "odd distortion that fades with amplitude"
 

@@ -21,6 +21,7 @@ class AmplifierGain(Effect):
     attaches_to = CIRCUIT
     motions = ELECTRICAL
     parameters = (ParameterSchema("gain", {Motion.ELECTRICAL: "1"}, "G", "output per input", null=1.0),)
+    proposable = True
     source = "van de Ven 1986, fig. 8"
     signature = "a calibration: all voltages off by one factor"
 

@@ -21,6 +21,7 @@ class AmplifierOffset(Effect):
     attaches_to = CIRCUIT
     motions = ELECTRICAL
     parameters = (ParameterSchema("offset", {Motion.ELECTRICAL: "V"}, "U_0", "output without input"),)
+    proposable = True
     source = "van de Ven 1986, fig. 8"
     signature = "the machine creeps, or stands with a current"
 

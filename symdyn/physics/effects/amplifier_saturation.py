@@ -25,6 +25,7 @@ class AmplifierSaturation(Effect):
     parameters = (
         ParameterSchema("limit", {Motion.ELECTRICAL: "V"}, r"U_{\max}", "largest output", null=math.inf, lower=0.0),
     )
+    proposable = True
     source = "van de Ven 1986, fig. 8"
     signature = "voltage stands at a constant while the input goes on"
 

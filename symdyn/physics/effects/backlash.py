@@ -24,6 +24,7 @@ class Backlash(Effect):
     title = "backlash"
     attaches_to = frozenset({PlaceKind.SHAFT})
     parameters = (ParameterSchema("clearance", DISPLACEMENT, "S", "half the free play", lower=0.0),)
+    proposable = True
     source = "van de Ven 1986, eq. 18-19 (Dubowsky and Freudenstein's impact pair)"
     signature = "lost motion at every reversal"
 

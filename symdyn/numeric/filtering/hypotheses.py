@@ -1,0 +1,95 @@
+"""What may be missing where only part of a machine is measured: effects at coordinates, couplings and circuits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.candidates import Candidate, fitted_parameters
+from symdyn.numeric.filtering.signals import Signals
+from symdyn.physics import catalogue
+from symdyn.spec.effect_schema import ParameterSchema, Scan
+from symdyn.spec.places import places
+from symdyn.spec.records import Motion, PlaceKind, Robot
+
+Array = NDArray[np.float64]
+
+SPEEDS = 10  # grid points over the speeds that occur
+ORDERS = 32  # waves per turn that are tried
+QUANTILES = (0.98, 0.9, 0.8, 0.65, 0.5)  # of the input's size: limits that are tried
+
+
+def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
+    """Every proposable effect at every place with an equation or coupling of its own, where the robot lacks it.
+
+    Parameters without a value at which the effect vanishes in a continuous way are its shape, and searched.
+    """
+    fixed = {
+        f"{joint.name}.{rotor.name}"
+        for joint in robot.joints
+        if joint.drive
+        for rotor in joint.drive.rotors
+        if rotor.fixed_to_joint
+    }
+    present = {(e.type, e.at) for e in robot.effects}
+    found = []
+    for place in places(robot):
+        if place.address in fixed:
+            continue
+        for effect in catalogue().values():
+            if not effect.proposable or place.kind not in effect.attaches_to or place.motion not in effect.motions:
+                continue
+            if (effect.identifier, place.address) in present or _part_of_drive(effect.identifier, place.kind):
+                continue
+            shapes = [p for p in effect.parameters if _is_shape(p)]
+            linear = tuple(p for p in effect.parameters if not _is_shape(p))
+            if len(shapes) > 1 or (place.motion is not Motion.ROTATIONAL and any(
+                p.scan is Scan.ANGLE_ORDER for p in shapes
+            )):  # fmt: skip
+                continue
+            shape = shapes[0] if shapes else None
+            found.append(Candidate(effect.identifier, effect.title, place, linear, shape, effect.builds_on))
+    return tuple(found)
+
+
+def free_parameters(robot: Robot) -> tuple[str, ...]:
+    """The model's own parameters that a fit may move: those of bodies and effects, and those of its drives.
+
+    A filter sees what no inverse dynamics can: the circuit, and the springs between measured and hidden parts.
+    """
+    names = set(fitted_parameters(robot))
+    for joint in robot.joints:
+        if joint.drive is None:
+            continue
+        values = [value for shaft in joint.drive.shafts for value in (shaft.stiffness, shaft.damping)]
+        motor = joint.drive.motor
+        if motor is not None:
+            values += [motor.resistance, motor.inductance, motor.torque_constant, motor.back_emf_constant]
+        names |= {name for value in values for name, _ in value.factors}
+    return tuple(p.name for p in robot.parameters if p.name in names)
+
+
+def _is_shape(schema: ParameterSchema) -> bool:
+    return schema.scan is not Scan.NONE or schema.null is None or not math.isfinite(schema.null)
+
+
+def _part_of_drive(effect: str, kind: PlaceKind) -> bool:
+    """A shaft has stiffness and damping, an inertia has inertia: their values are fitted, not found."""
+    return (kind is PlaceKind.SHAFT and effect in ("linear_spring", "viscous_friction")) or (
+        kind is not PlaceKind.SHAFT and effect == "added_inertia"
+    )
+
+
+def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
+    """Values of the shape parameter to try; ``speed`` is the fastest of the place."""
+    if candidate.shape is None:
+        return np.array([np.nan])
+    if candidate.shape.scan is Scan.SPEED:
+        return np.geomspace(speed / 100.0, speed, SPEEDS)
+    if candidate.shape.scan is Scan.ANGLE_ORDER:
+        return np.arange(1.0, ORDERS + 1.0)
+    if candidate.place.kind is PlaceKind.CIRCUIT:
+        return np.quantile(np.abs(signals.u).max(axis=1), QUANTILES)
+    return np.zeros(0)

@@ -1,0 +1,227 @@
+"""The filter itself, compiled once for all machines: innovations, their variances, their sensitivities."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.transition import product, transition
+
+Array = NDArray[np.float64]
+
+STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
+
+_vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
+_counts = types.Array(types.int64, 1, "C")
+_to_vector = types.FunctionType(types.none(_vector, _vector, _vector, _vector))
+_to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
+
+
+@njit(
+    types.float64(
+        *(_to_vector, _to_matrix, _to_matrix, _to_matrix),  # rate of the state, its derivatives by state, input, parameters
+        *(_to_vector, _to_matrix, _to_matrix),  # outputs, their derivatives by state and parameters
+        *(_matrix, _matrix, _matrix, _vector),  # inputs, their slopes, measurements, steps
+        *(_vector, _counts, _vector),  # parameters, which are differentiated by, measured signals' variances
+        *(_counts, _matrix, _vector, _vector),  # measured signals, latent directions, their decay rates and variances
+        *(_vector, _matrix, types.int64, types.int64),  # start, its covariance, substeps, how many outputs
+        *(_matrix, _matrix, _cube, _matrix),  # innovations, variances, sensitivities, states
+    ),
+    cache=True,
+    error_model="numpy",
+)
+def run(f, f_x, f_u, f_p, g, g_x, g_p, u, slope_u, y, steps, p, which, r, signals, latent, decay, power, x0, p0, substeps, outputs, e, s, de, xs):  # type: ignore[no-untyped-def]
+    """Extended Kalman filter over a recording; returns -log L up to a constant. All arrays C-contiguous.
+
+    State z = [x, w]: w (l,) are latent forces, Ornstein-Uhlenbeck processes along ``latent`` (np, l) in
+    the space of parameters. Measurement c shows state ``signals[c]``, or output ``signals[c] - n``. A
+    measurement that is nan is left out; a step that is not finite starts the state anew.
+    Sensitivities (d innovation / d p) take the gains as given (Ljung 1999, ch. 10: pseudo-linear regression).
+    """
+    n, nu, nl, m, q, count = len(x0), u.shape[1], len(decay), y.shape[1], len(which), len(y)
+    nz, na = n + nl, n + nu
+    x, w = x0.copy(), np.zeros(nl)
+    cov = np.zeros((nz, nz))
+    dz = np.zeros((nz, q))
+    rate, out = np.zeros(n), np.zeros(outputs)
+    a, a_old, c_all = np.zeros((na, na)), np.full((na, na), np.nan), np.zeros((len(out), n))
+    by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
+    change, integral = np.zeros((na, na)), np.zeros((na, na))  # of [x, u]: an input goes straight along its slope
+    by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
+    force, forced = np.zeros((n, nl)), np.zeros((n, nl))
+    source, moved = np.zeros((n, q)), np.zeros((n, q))
+    phi, work, row, gain = np.zeros((nz, nz)), np.zeros((nz, nz)), np.zeros(nz), np.zeros(nz)
+    total, h_old = 0.0, -1.0
+    gains, spread, predicted = np.zeros((m, nz)), np.zeros(m), np.zeros(nz)
+    steady = False  # gains as in the step before: neither the machine nor its covariance changed
+    cov[:n, :n] = p0
+    for i in range(nl):
+        cov[n + i, n + i] = power[i]
+    for k in range(count):
+        # what was measured
+        if len(out):
+            g(x, u[k], p, out)
+            g_x(x, u[k], p, c_all)
+            if q:
+                g_p(x, u[k], p, outputs_by_p)
+        shown = x.copy()
+        for c in range(m):
+            if np.isnan(y[k, c]):
+                e[k, c], s[k, c] = 0.0, 1.0
+                for j in range(q):
+                    de[k, c, j] = 0.0
+                steady = False
+                continue
+            index = signals[c]
+            if index < n:
+                for i in range(nz):
+                    row[i] = 1.0 if i == index else 0.0
+                value = x[index]
+            else:
+                value = out[index - n]
+                for i in range(n):
+                    row[i] = c_all[index - n, i]
+                    value += row[i] * (x[i] - shown[i])
+                for i in range(n, nz):
+                    row[i] = 0.0
+            if steady:
+                gain[:] = gains[c]
+                variance = spread[c]
+            else:
+                variance = r[c]
+                for i in range(nz):
+                    gain[i] = 0.0
+                    for j in range(nz):
+                        gain[i] += cov[i, j] * row[j]
+                    variance += row[i] * gain[i]
+                gains[c] = gain
+                spread[c] = variance
+            innovation = y[k, c] - value
+            e[k, c], s[k, c] = innovation, variance
+            total += 0.5 * (innovation * innovation / variance + np.log(variance))
+            for j in range(q):
+                slope = outputs_by_p[index - n, which[j]] if index >= n else 0.0
+                for i in range(n):
+                    slope += row[i] * dz[i, j]
+                de[k, c, j] = -slope
+            for i in range(nz):
+                part = gain[i] / variance
+                if i < n:
+                    x[i] += part * innovation
+                else:
+                    w[i - n] += part * innovation
+                for j in range(q):
+                    dz[i, j] += part * de[k, c, j]
+                if not steady:
+                    for j in range(nz):
+                        cov[i, j] -= part * gain[j]
+        for i in range(nz):
+            xs[k, i] = x[i] if i < n else w[i - n]
+        if k + 1 == count:
+            break
+        # the way to the next sample
+        if not np.isfinite(steps[k]):
+            steady = False
+            cov[:] = 0.0
+            cov[:n, :n] = p0
+            dz[:] = 0.0
+            for i in range(nl):
+                cov[n + i, n + i] = power[i]
+            for c in range(m):
+                if signals[c] < n and not np.isnan(y[k + 1, c]):
+                    x[signals[c]] = y[k + 1, c]
+            continue
+        h = steps[k] / substeps
+        control[:] = u[k]
+        unchanged = True
+        for _ in range(substeps):
+            f(x, control, p, rate)
+            f_x(x, control, p, by_x)
+            f_u(x, control, p, by_u)
+            same = h == h_old
+            for i in range(n):
+                for j in range(na):
+                    a[i, j] = by_x[i, j] if j < n else by_u[i, j - n]
+                    if a[i, j] != a_old[i, j]:
+                        same = False
+            if not same:
+                if steady:  # what was left out while nothing changed
+                    for c in range(m):
+                        for i in range(nz):
+                            for j in range(nz):
+                                cov[i, j] -= gains[c, i] * gains[c, j] / spread[c]
+                unchanged = steady = False
+                transition(a, h, change, integral)
+                a_old[:] = a
+                h_old = h
+            if nl or q:
+                f_p(x, control, p, by_p)
+            if nl:
+                product(by_p, latent, force)
+                product(integral[:n, :n], force, forced)
+                for i in range(n):
+                    for j in range(nl):
+                        rate[i] += force[i, j] * w[j]
+            # sensitivities before the state moves
+            if q:
+                for i in range(n):
+                    for j in range(q):
+                        source[i, j] = by_p[i, which[j]]
+                        for l in range(nl):
+                            source[i, j] += force[i, l] * dz[n + l, j]
+                product(integral[:n, :n], source, moved)
+                for i in range(n):
+                    for j in range(q):
+                        source[i, j] = dz[i, j]
+                for i in range(n):
+                    for l in range(n):
+                        factor = change[i, l]
+                        if factor != 0.0:
+                            for j in range(q):
+                                moved[i, j] += factor * source[l, j]
+                for i in range(n):
+                    for j in range(q):
+                        dz[i, j] += moved[i, j]
+            for i in range(n):
+                for j in range(n):
+                    x[i] += integral[i, j] * rate[j]
+                for j in range(nu):
+                    x[i] += integral[i, n + j] * slope_u[k, j]
+            for j in range(nu):
+                control[j] += h * slope_u[k, j]
+            for j in range(nl):
+                kept = np.exp(-decay[j] * h)
+                w[j] *= kept
+                for i in range(q):
+                    dz[n + j, i] *= kept
+            if steady:
+                continue
+            for i in range(n):
+                for j in range(n):
+                    phi[i, j] = change[i, j] + (1.0 if i == j else 0.0)
+                for j in range(nl):
+                    phi[i, n + j] = forced[i, j]
+            for j in range(nl):
+                phi[n + j, n + j] = np.exp(-decay[j] * h)
+            product(phi, cov, work)
+            for i in range(nz):
+                for j in range(i + 1):
+                    entry = 0.0
+                    for l in range(nz):
+                        entry += work[i, l] * phi[j, l]
+                    cov[i, j] = entry
+                    cov[j, i] = entry
+            for j in range(nl):
+                cov[n + j, n + j] += power[j] * (1.0 - np.exp(-2.0 * decay[j] * h))
+        if not steady and unchanged:
+            steady = True
+            for i in range(nz):
+                if abs(cov[i, i] - predicted[i]) > STEADY * cov[i, i]:
+                    steady = False
+        for i in range(nz):
+            predicted[i] = cov[i, i]
+        if not np.all(np.isfinite(x)):
+            return np.inf
+    return total
+

@@ -1,0 +1,193 @@
+"""Maximum likelihood: parameters and noise of a model, from the innovations of its filter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.bench import FilterBench, Noise, Pass
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 30
+SETTLED = 0.5  # nats: what half of a sample's noise says
+PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
+LONGEST = 2.0  # step of such a logarithm
+LEAST_DAMPED, MOST_DAMPED = 1e-9, 1e9
+MODEST = 1e-6  # curvature that is added where there is none at all
+FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MLFit:
+    """``p`` (np,) with those named fitted; ``bench`` holds the noise fitted along; ``loss`` is -log L."""
+
+    names: tuple[str, ...]
+    p: Array
+    bench: FilterBench
+    loss: float
+    covariance: Array  # (k, k) of the named parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What is known of a parameter beforehand: bounds, natural size, and a normal prior (``spread`` inf: none).
+
+    Of a ``positive`` one all of it, but for the bounds, is meant of its logarithm.
+    """
+
+    lower: float = -np.inf
+    upper: float = np.inf
+    size: float = 1.0
+    centre: float = 0.0
+    spread: float = np.inf
+    positive: bool = False
+
+    def coordinate(self, value: float) -> float:
+        return float(np.log(value)) if self.positive else value
+
+    def value(self, coordinate: float) -> float:
+        return float(np.exp(coordinate)) if self.positive else float(np.clip(coordinate, self.lower, self.upper))
+
+
+Beliefs = Mapping[str, Belief]
+
+
+def fit(bench: FilterBench, p: Array, beliefs: Beliefs, noise: bool = True) -> MLFit:
+    """Fisher scoring on -log L, alternating between the parameters that ``beliefs`` names and the noise."""
+    p, names = p.copy(), tuple(beliefs)
+    if noise:
+        bench = _scaled(bench, p)
+    loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), 1e-3
+    for _ in range(ITERATIONS):
+        before = loss
+        if names:
+            p, loss, damping = _parameter_step(bench, p, beliefs, loss, damping)
+        if noise:
+            prior = _penalty(bench, p, beliefs)
+            bench, loss = _noise_step(bench, p, loss - prior)
+            loss += prior
+        if before - loss < SETTLED:
+            break
+    return MLFit(names, p, bench, loss, _covariance(bench, p, beliefs))
+
+
+def _scaled(bench: FilterBench, p: Array) -> FilterBench:
+    """Noise of every channel brought to what its innovations show: most of the way when one starts from a guess."""
+    for _ in range(2):
+        ratio = np.mean(bench.filtered(p).white ** 2, axis=0)
+        ratio = np.where(np.isfinite(ratio), np.clip(ratio, 1e-4, 1e4), 1.0)
+        bench = bench.with_noise(replace(bench.noise, r=np.maximum(bench.noise.r * ratio, bench.signals.floor)))
+    return bench
+
+
+def _penalty(bench: FilterBench, p: Array, beliefs: Beliefs) -> float:
+    return sum(0.5 * ((b.coordinate(p[bench.index[n]]) - b.centre) / b.spread) ** 2 for n, b in beliefs.items())
+
+
+def _parameter_step(
+    bench: FilterBench, p: Array, beliefs: Beliefs, loss: float, damping: float
+) -> tuple[Array, float, float]:
+    """One step of Levenberg and Marquardt within bounds: (parameters, loss, damping for the next one)."""
+    where = [bench.index[name] for name in beliefs]
+    known = tuple(beliefs.values())
+    done = bench.filtered(p, tuple(beliefs))
+    columns = _columns(done, p, where, known)
+    here = np.array([b.coordinate(p[i]) for i, b in zip(where, known, strict=True)])
+    scale = np.array([1.0 if b.positive else max(abs(x), b.size) for x, b in zip(here, known, strict=True)])
+    precision = np.array([b.spread**-2 for b in known])
+    wish = precision * (np.array([b.centre for b in known]) - here)
+    normal = (columns.T @ columns + np.diag(precision)) * np.outer(scale, scale)
+    slope = (columns.T @ done.white.ravel() + wish) * scale
+    lower = np.array([-np.inf if b.positive else b.lower for b in known])
+    upper = np.array([np.inf if b.positive else b.upper for b in known])
+    while damping < MOST_DAMPED:
+        damped = normal + damping * np.diag(np.diag(normal) + MODEST)
+        step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
+        trial = p.copy()
+        if np.max(np.abs(step), initial=0.0) < LONGEST:
+            trial[where] = [b.value(x) for b, x in zip(known, here + scale * step, strict=True)]
+            found = bench.filtered(trial).loss + _penalty(bench, trial, beliefs)
+            if found < loss:
+                return trial, found, max(damping / 10.0, LEAST_DAMPED)
+        damping *= 10.0
+    return p, loss, 1.0
+
+
+def _columns(done: Pass, p: Array, where: Sequence[int], known: Sequence[Belief]) -> Array:
+    """(N m, k) what each coordinate takes off the whitened innovations."""
+    factor = np.array([p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
+    columns: Array = -done.slopes / np.sqrt(done.variances)[:, :, None] * factor
+    return columns.reshape(-1, len(where))
+
+
+def _within(normal: Array, slope: Array, lower: Array, upper: Array) -> Array:
+    """The solution of the normal equations, what runs into a bound held there (one way in, none out)."""
+    step, free = np.zeros(len(slope)), np.ones(len(slope), dtype=bool)
+    for _ in range(len(slope)):
+        right = slope[free] - normal[np.ix_(free, ~free)] @ step[~free]
+        step[free] = np.linalg.lstsq(normal[np.ix_(free, free)], right, rcond=1e-14)[0]
+        out = free & ((step < lower) | (step > upper))
+        if not out.any():
+            break
+        step = np.where(out, np.clip(step, lower, upper), step)
+        free &= ~out
+    return step
+
+
+def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, float]:
+    noise = bench.noise
+    values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
+    step = float(np.nanmedian(bench.signals.steps))
+    forces = len(noise.power)
+    longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
+    lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), np.full(forces, longest)])
+    upper = np.concatenate([np.full(len(noise.r) + forces, np.inf), np.full(forces, shortest)])
+    lower, upper = np.log(lower), np.log(upper)
+    here = bench.filtered(p)
+    m = len(noise.r)
+    gradient, spread, errors = np.zeros(len(values)), [], []
+    for j in range(len(values)):
+        moved = values.copy()
+        moved[j] += PROBE
+        there = bench.with_noise(_noise(noise, moved, m)).filtered(p)
+        gradient[j] = (there.loss - here.loss) / PROBE
+        spread.append((np.log(there.variances) - np.log(here.variances)).ravel() / PROBE)
+        errors.append(((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE)
+    s, d = np.array(spread), np.array(errors)
+    fisher = 0.5 * s @ s.T + d @ d.T
+    fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
+    # half the probe off: the quotient is that of the middle
+    change = np.clip(-np.linalg.solve(fisher, gradient - 0.5 * PROBE * np.diag(fisher)), -LONGEST, LONGEST)
+    factor = 1.0
+    while factor > 0.05:
+        moved = np.clip(values + factor * change, lower, upper)
+        trial = bench.with_noise(_noise(noise, moved, m))
+        found = trial.filtered(p).loss
+        if found < loss:
+            return trial, found
+        factor /= 3.0
+    return bench, loss
+
+
+def _noise(noise: Noise, logs: Array, m: int) -> Noise:
+    values = np.exp(logs)
+    forces = len(noise.power)
+    r, power, decay = values[:m].copy(), values[m : m + forces].copy(), values[m + forces :].copy()
+    return replace(noise, r=r, power=power, decay=decay)
+
+
+def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
+    if not beliefs:
+        return np.zeros((0, 0))
+    known, where = tuple(beliefs.values()), [bench.index[name] for name in beliefs]
+    flat = _columns(bench.filtered(p, tuple(beliefs)), p, where, known)
+    precision = flat.T @ flat + np.diag([b.spread**-2 for b in known])
+    scale = np.sqrt(np.diag(precision))
+    scale = np.where(scale > 0, scale, 1.0)
+    inverse = np.linalg.pinv(precision / np.outer(scale, scale), rcond=1e-12) / np.outer(scale, scale)
+    factor = np.array([p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
+    return np.asarray(inverse * np.outer(factor, factor))

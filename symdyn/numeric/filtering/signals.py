@@ -1,0 +1,145 @@
+"""Which signals of a model a recording holds: its inputs, and states and outputs that were measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.base.errors import InputError, Problem
+from symdyn.emit.kernel import Kernel
+from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.spec.records import EffectSpec, Joint, Quantity, Robot, Side
+
+Array = NDArray[np.float64]
+
+EVEN = 1e-3  # of a step: less is how time was written, not when a sample was taken
+
+_STATE = {Quantity.POSITION: "q", Quantity.VELOCITY: "qd", Quantity.CURRENT: "current"}
+_INPUT_UNIT = {Quantity.VOLTAGE: "V", Quantity.CURRENT: "A"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signals:
+    """Inputs ``u`` (N, nu) and measurements ``y`` (N, m), in the units and order of a kernel.
+
+    ``index`` (m,) counts states first, then outputs. ``steps`` (N,) are the times to the next sample, nan
+    where a gap follows; ``names`` are those of the kernel.
+    """
+
+    time: Array
+    u: Array
+    y: Array
+    index: NDArray[np.int64]
+    names: tuple[str, ...]
+    steps: Array
+    floor: Array  # (m,) variance of rounding to the channel's own steps
+
+
+def seen_by(robot: Robot, recordings: Sequence[Recording]) -> Robot:
+    """The robot with an ammeter wherever a current was measured that is no state of its circuit."""
+    keys = {key for recording in recordings for key in recording.channels}
+    present = {(e.type, e.at) for e in robot.effects}
+    added = []
+    for joint in robot.joints:
+        motor = joint.drive.motor if joint.drive else None
+        if motor is None or not any(q is Quantity.CURRENT and at.partition(".")[0] == joint.name for q, at, _ in keys):
+            continue
+        place = f"{joint.name}.{motor.name}"
+        if not motor.inductance.coefficient and ("ammeter", place) not in present:
+            added.append(EffectSpec("ammeter", place, ()))
+    return replace(robot, effects=(*robot.effects, *added)) if added else robot
+
+
+def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
+    """Raises InputError (SD520) for an input that was not recorded, SD521 where nothing else was measured."""
+    count = len(recording.time)
+    u, given = np.zeros((count, len(kernel.inputs))), set[str]()
+    columns: list[tuple[str, int, Array]] = []
+    for key, values in recording.channels.items():
+        name, scale = _name(robot, kernel, key)
+        if name in kernel.inputs:
+            u[:, kernel.inputs.index(name)] = values * scale
+            given.add(name)
+        elif name in kernel.states:
+            columns.append((name, kernel.states.index(name), values * scale))
+        elif name in kernel.outputs:
+            columns.append((name, len(kernel.states) + kernel.outputs.index(name), values * scale))
+    missing = [name for name in kernel.inputs if name not in given]
+    where = robot.channels.where if robot.channels else None
+    if missing:
+        message = f"recording '{recording.name}' does not hold {', '.join(missing)}"
+        raise InputError(Problem("SD520", message, where, "map a column to it under [[recording.channel]]"))
+    if not columns:
+        message = f"recording '{recording.name}' measures nothing that the model answers with"
+        raise InputError(Problem("SD521", message, where, "map a position, speed, current or sensor voltage"))
+    steps = np.append(np.diff(recording.time), np.nan)
+    even = np.abs(steps - recording.sample_time) < EVEN * recording.sample_time
+    steps[even] = recording.sample_time  # of an even clock exactly even: the filter then repeats itself
+    for part in recording.segments:
+        steps[part.stop - 1] = np.nan
+    y = np.column_stack([values for _, _, values in columns])
+    return Signals(
+        recording.time, u, y, np.array([i for _, i, _ in columns]), tuple(n for n, _, _ in columns), steps,
+        np.array([_rounding(column) for column in y.T]),
+    )  # fmt: skip
+
+
+def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, float]:
+    """The kernel's signal that a channel shows, and the factor from the channel to it."""
+    quantity, address, side = key
+    joint = next(j for j in robot.joints if j.name == address.partition(".")[0])
+    scale = 1.0
+    if "." not in address and side is Side.MOTOR and quantity in (Quantity.POSITION, Quantity.VELOCITY):
+        address = _motor(joint) or address
+    if address != joint.name and joint.drive is not None:
+        rotor = next((r for r in joint.drive.rotors if address == f"{joint.name}.{r.name}"), None)
+        if rotor is not None and rotor.fixed_to_joint and quantity in (Quantity.POSITION, Quantity.VELOCITY):
+            scale, address = 1.0 / _number(robot, joint), joint.name
+    if quantity is Quantity.EFFORT:
+        candidates = [f"{address}.effort", f"{address}.input"]
+    elif quantity in _INPUT_UNIT:
+        motor = _motor(joint)
+        circuit = f"{joint.name}.{joint.drive.motor.name}" if joint.drive and joint.drive.motor else None
+        places = [address, *(p for p in (motor, circuit) if p and address in (joint.name, motor, circuit))]
+        candidates = [f"{p}.{quantity.value}" for p in places]
+        inputs = dict(zip(kernel.inputs, kernel.input_units, strict=True))
+        if inputs.get(f"{address}.input") == _INPUT_UNIT[quantity]:
+            candidates.append(f"{address}.input")
+    else:
+        candidates = [f"{address}.{_STATE[quantity]}"]
+    known = (*kernel.inputs, *kernel.states, *kernel.outputs)
+    return next((name for name in candidates if name in known), None), scale
+
+
+def _motor(joint: Joint) -> str | None:
+    """The rotor that a motor-side encoder shows: that of the motor, or the first."""
+    if joint.drive is None:
+        return None
+    if joint.drive.motor is not None:
+        return f"{joint.name}.{joint.drive.motor.at}"
+    return f"{joint.name}.{joint.drive.rotors[0].name}" if joint.drive.rotors else None
+
+
+def _number(robot: Robot, joint: Joint) -> float:
+    assert joint.drive is not None
+    values = {p.name: p.value or 0.0 for p in robot.parameters}
+    ratio = joint.drive.ratio
+    number = float(ratio.coefficient)
+    for name, exponent in ratio.factors:
+        number *= values[name] ** exponent
+    return number
+
+
+def _rounding(values: Array) -> float:
+    """Variance of rounding: a twelfth of the square of the smallest step between different values."""
+    distinct = np.unique(values[np.isfinite(values)])
+    if len(distinct) < 2:
+        return 0.0
+    steps = np.diff(distinct)
+    smallest = float(np.min(steps[steps > 1e-9 * np.ptp(distinct)], initial=np.inf))
+    # A true quantum divides every step; of unrounded values the smallest distance means nothing.
+    whole = steps / smallest
+    return smallest**2 / 12.0 if np.all(np.abs(whole - np.round(whole)) < 0.05) else 0.0

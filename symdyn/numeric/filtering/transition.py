@@ -1,0 +1,60 @@
+"""One step of a machine between two samples: the exponential of its Jacobian, and the integral of that."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.hybrid.compiled import compiled
+
+Array = NDArray[np.float64]
+
+TERMS = 7  # of the series at the shortest step
+SHORT = 0.1  # largest row sum of A h at the shortest step: its series is then exact to 1e-12
+
+
+@compiled
+def product(a: Array, b: Array, out: Array) -> None:
+    """out = a b, row by row so that inner loops run along memory."""
+    for i in range(a.shape[0]):
+        for j in range(b.shape[1]):
+            out[i, j] = 0.0
+        for k in range(a.shape[1]):
+            factor = a[i, k]
+            if factor != 0.0:
+                for j in range(b.shape[1]):
+                    out[i, j] += factor * b[k, j]
+
+
+@compiled
+def transition(a: Array, step: float, change: Array, integral: Array) -> None:
+    """change (n, n) = exp(A h) - 1 and integral (n, n) of exp(A t) over 0..h, by series and doubling."""
+    n = len(a)
+    largest = 0.0
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += abs(a[i, j])
+        largest = max(largest, row)
+    doublings = 0
+    while largest * step * 0.5**doublings > SHORT and doublings < 60:
+        doublings += 1
+    h = step * 0.5**doublings
+    term, work = np.eye(n) * h, np.empty((n, n))
+    integral[:] = term
+    for k in range(2, TERMS + 1):
+        product(term, a, work)
+        for i in range(n):
+            for j in range(n):
+                term[i, j] = work[i, j] * (h / k)
+                integral[i, j] += term[i, j]
+    product(a, integral, change)
+    for _ in range(doublings):
+        product(change, integral, work)
+        for i in range(n):
+            for j in range(n):
+                integral[i, j] = 2.0 * integral[i, j] + work[i, j]
+        product(change, change, work)
+        for i in range(n):
+            for j in range(n):
+                change[i, j] = 2.0 * change[i, j] + work[i, j]
