@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem, Where
-from symdyn.numeric.recording_checks import check_channels, check_time, split_at_gaps
+from symdyn.numeric.recording_checks import check_channels
+from symdyn.numeric.recording_time import check_time, split_at_gaps
 from symdyn.numeric.tables import read_table
 from symdyn.spec.records import Channel, ChannelMap, Quantity, Side
 
