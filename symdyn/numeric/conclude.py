@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import bounds
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
-from symdyn.numeric.findings import Diagnosis, Errors, Finding, Located, NoiseFloor, Traces
+from symdyn.numeric.findings import Diagnosis, Errors, Finding, Located, NoiseFloor, Remaining, Traces
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.free_form import Fitted
 from symdyn.numeric.groups import rigid_group
@@ -18,6 +18,7 @@ from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.skew import Skew
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import verdict_of
 from symdyn.numeric.workbench import Workbench
@@ -37,6 +38,7 @@ def conclude(
     alarms: Sequence[str],
     training: str,
     heldout: str,
+    skew: Skew | None = None,
 ) -> Diagnosis:
     """Write the new robot, re-emit its kernel, and take every number "after" from that kernel."""
     diagnosed = specification(case, final)
@@ -53,8 +55,13 @@ def conclude(
         judge.samples_per_period,
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
+    told = []
+    if skew is not None:
+        told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
+        if not remaining.structured:
+            remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
     wrong = refuted(case, final, remaining)
-    told = [f"the law of {label} does not hold: what is left follows the {remaining.variable}" for label in wrong]
+    told += [f"the law of {label} does not hold: what is left follows the {remaining.variable}" for label in wrong]
     density = noise_density(judge, emitted.values)
     before = case.errors(given)
     return Diagnosis(

@@ -13,6 +13,7 @@ from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, augmented, bounds, candidates
 from symdyn.numeric.conclude import conclude
 from symdyn.numeric.evidence import gaussian_gain
+from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, own_parameters, ready
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
 from symdyn.numeric.fitting import fit, joint_weight
@@ -23,6 +24,7 @@ from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import encompassing
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, Trial, rank
+from symdyn.numeric.skew import check_skew
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
 
@@ -48,7 +50,8 @@ def diagnose(
     (``runs.split``). ``band`` in Hz fixes the analysis band (None: found from the residual).
 
     Raises InputError when the recordings do not measure what the model's equations need, or do not go
-    together, and NumericalError when the model as given cannot be fitted.
+    together; BadRecording when their mismatch is that of a recording, not of a machine; NumericalError
+    when the model as given cannot be fitted.
     """
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
@@ -73,8 +76,10 @@ def _diagnose(
         current = better
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
     current, findings = _reexamined(case, current, findings, alarms)
+    skew = check_skew(case, given, current)
+    alarms += unexcited(case.bench, given.fit.p, given.fit.names, given.training, given.weight)
     findings = [_with_rivals(case, current, finding, proposed, progress) for finding in findings]
-    return conclude(case, given, current, findings, alarms, training.name, heldout.name)
+    return conclude(case, given, current, findings, alarms, training.name, heldout.name, skew)
 
 
 def prepare(

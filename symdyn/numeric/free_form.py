@@ -56,6 +56,11 @@ class FreeForm:
             made.append(column)
         return Columns(made[0], made[1])
 
+    def forces(self, training: Array, heldout: Array) -> Columns:
+        """Of one pattern of weighted efforts, (K, n) each."""
+        moved = np.einsum("kij,ij->k", self._inverse, training)
+        return Columns((training - self._training @ moved)[:, :, None], (heldout - self._heldout @ moved)[:, :, None])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Columns:

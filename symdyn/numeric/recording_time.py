@@ -18,6 +18,7 @@ MIN_SAMPLES = 200
 GAP_STEPS = 5.0  # a step longer than this many median steps is a gap
 MAX_LOST_SHARE = 0.2  # of the time span, within gaps
 SLOWEST_STEP, ABSURD_STEP, FASTEST_STEP = 0.5, 100.0, 2e-6  # s
+JITTER, WILD_JITTER = 0.1, 0.4  # mean deviation of the steps from their median, in median steps
 MAX_LISTED = 10
 
 
@@ -50,7 +51,7 @@ def check_time(time: Samples, column: str, where: PlaceOfRow, lines: NDArray[np.
 
 
 def split_at_gaps(time: Samples, where: PlaceOfRow) -> tuple[Segments, list[Problem], list[Problem]]:
-    """Slices without gaps; SD503 as an error when gaps leave too little, else as a warning for each gap."""
+    """Slices without gaps; SD503 as an error when gaps leave too little, else a warning for each; SD509 jitter."""
     steps = np.diff(time)
     median = float(np.median(steps))
     before = np.flatnonzero(steps > GAP_STEPS * median)
@@ -75,6 +76,11 @@ def split_at_gaps(time: Samples, where: PlaceOfRow) -> tuple[Segments, list[Prob
     if before.size > MAX_LISTED:
         message = f"and {before.size - MAX_LISTED} more gaps"
         warnings.append(Problem("SD503", message, where(int(before[MAX_LISTED]) + 1)))
+    ordinary = steps[steps <= GAP_STEPS * median]
+    if (jitter := float(np.mean(np.abs(ordinary - median))) / median) > JITTER:
+        message = f"the clock jitters: steps of {median:.4g} s are off by {100 * jitter:.0f} % on average"
+        hint = "record with a steady clock; filters and derivatives take the steps for equal"
+        (errors if jitter > WILD_JITTER else warnings).append(Problem("SD509", message, where(1), hint))
     if median > SLOWEST_STEP or median < FASTEST_STEP:
         unit = "ms" if median > SLOWEST_STEP else "s"
         hint = f'if the column is in {unit}, write unit = "{unit}" for the time'

@@ -78,7 +78,7 @@ def test_version() -> None:
         ("derive",),
         ("latex", "two-link", "emps"),
         ("identify", "emps"),
-        ("diagnose", "emps", "a.csv"),
+        ("diagnose", "emps"),
         ("simulate", "emps", "--duration", "soon"),
         ("identify", "emps", "a.csv", "--band", "wide"),
         ("generate",),
@@ -175,7 +175,21 @@ def test_check_says_what_is_in_a_model_and_its_recordings(rod: Path, tmp_path: P
         },
         "warnings": [],
         "recordings": [
-            {"name": name, "samples": 4000, "sample_time": pytest.approx(0.005), "segments": 1}
+            {
+                "name": name,
+                "samples": 4000,
+                "sample_time": pytest.approx(0.005),
+                "segments": 1,
+                "channels": [
+                    {
+                        "quantity": quantity,
+                        "joint": "pivot",
+                        "side": "link",
+                        "quantisation_noise": pytest.approx(0, abs=1e-6),
+                    }
+                    for quantity in ("position", "effort")
+                ],
+            }
             for name in ("monday", "tuesday")
         ],
     }
