@@ -141,6 +141,12 @@ def effects(json: bool) -> None:
         out.print(f"\n{r['effect']}: {r['title']} ({r['source']})", markup=False)
         for quantity, law in r["laws"].items():
             out.print(f"  {quantity} = {law}", markup=False)
+        for name, parameter in r["parameters"].items():
+            units = " or ".join(dict.fromkeys(parameter["units"].values()))
+            null = "" if parameter["null"] is None else f"; none at {parameter['null']:g}"
+            out.print(f"  {name} [{units}]: {parameter['meaning']}{null}", markup=False)
+        if r["builds_on"]:
+            out.print(f"  corrects: {r['builds_on']}", markup=False)
         if r["rivals"]:
             out.print(f"  rivals: {', '.join(r['rivals'])}", markup=False)
 
