@@ -68,10 +68,10 @@ def catalogue_rows() -> list[dict[str, Any]]:
 
 
 def _parameter(schema: ParameterSchema) -> dict[str, Any]:
-    """Units by the motion of the place; ``null`` is the value at which the effect vanishes (none: any)."""
+    """Units by the motion of the place; ``null`` is the value at which the effect vanishes, "inf" without limit (none: any)."""
     return {
         "units": {str(motion): unit for motion, unit in schema.units.items()},
-        "null": schema.null,
+        "null": "inf" if schema.null == math.inf else schema.null,
         "lower": _finite(schema.lower),
         "upper": _finite(schema.upper),
         "meaning": schema.meaning,

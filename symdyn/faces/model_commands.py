@@ -143,7 +143,7 @@ def effects(json: bool) -> None:
             out.print(f"  {quantity} = {law}", markup=False)
         for name, parameter in r["parameters"].items():
             units = " or ".join(dict.fromkeys(parameter["units"].values()))
-            null = "" if parameter["null"] is None else f"; none at {parameter['null']:g}"
+            null = "" if parameter["null"] is None else f"; none at {float(parameter['null']):g}"
             out.print(f"  {name} [{units}]: {parameter['meaning']}{null}", markup=False)
         if r["builds_on"]:
             out.print(f"  corrects: {r['builds_on']}", markup=False)
