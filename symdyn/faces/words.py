@@ -17,6 +17,7 @@ VERDICT_NAMES: Mapping[Verdict, str] = MappingProxyType(
         Verdict.MISSING_PHYSICS: "missing physics",
         Verdict.AMBIGUOUS: "ambiguous",
         Verdict.UNEXPLAINED: "unexplained",
+        Verdict.BAD_RECORDING: "bad recording",
     }
 )
 
@@ -36,6 +37,9 @@ VERDICT_MEANINGS: Mapping[Verdict, str] = MappingProxyType(
         ),
         Verdict.UNEXPLAINED: (
             "What is left on the held-out recording is not noise, but no effect that symdyn knows explains it."
+        ),
+        Verdict.BAD_RECORDING: (
+            "The recording itself is wrong; nothing was diagnosed, since whatever came out would be about its faults."
         ),
     }
 )

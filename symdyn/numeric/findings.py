@@ -1,8 +1,8 @@
-"""What a diagnosis says: verdict, findings, fit before and after, what is left. Plain data, JSON-ready."""
+"""What a diagnosis says: verdict, findings, where, fit before and after, what is left. Plain data, JSON-ready."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.base.errors import Problem
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
+Json = dict[str, Any]
 
 
 class Verdict(StrEnum):
@@ -20,6 +22,7 @@ class Verdict(StrEnum):
     MISSING_PHYSICS = "missing_physics"
     AMBIGUOUS = "ambiguous"
     UNEXPLAINED = "unexplained"
+    BAD_RECORDING = "bad_recording"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,9 @@ class Estimate:
     se: float | None
     unit: str
 
+    def to_json(self) -> Json:
+        return {"value": self.value, "se": self.se, "unit": self.unit}
+
 
 @dataclass(frozen=True, slots=True)
 class Rival:
@@ -38,6 +44,9 @@ class Rival:
     effect: str
     place: str
     p_value: float
+
+    def to_json(self) -> Json:
+        return {"effect": self.effect, "place": self.place, "p_value": self.p_value}
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +57,17 @@ class Alternative:
     place: str
     heldout: float
 
+    def to_json(self) -> Json:
+        return {"effect": self.effect, "place": self.place, "heldout": self.heldout}
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A missing effect. Errors are relative, on held-out data, before and after it was added."""
+    """A missing effect. Errors are relative, on held-out data, before and after it was added.
+
+    ``evidence`` is the gain of the held-out log-likelihood in nats, correlated residuals allowed for;
+    ``group`` names the places where the same effect would do as well, its own included (empty: its own alone).
+    """
 
     effect: str
     title: str
@@ -62,19 +78,69 @@ class Finding:
     p_value: float  # of "no gain" on the held-out data
     rivals: tuple[Rival, ...]
     alternatives: tuple[Alternative, ...] = ()
+    group: tuple[str, ...] = ()
+    evidence: float = 0.0
 
     @property
     def heldout_gain(self) -> float:
         """By how much the relative held-out error fell."""
         return self.heldout_before - self.heldout_after
 
+    def to_json(self) -> Json:
+        return {
+            "effect": self.effect,
+            "place": self.place,
+            "group": list(self.group or (self.place,)),
+            "parameters": estimates_json(self.parameters),
+            "evidence": self.evidence,
+            "heldout_gain": self.heldout_gain,
+            "heldout_before": self.heldout_before,
+            "heldout_after": self.heldout_after,
+            "p_value": self.p_value,
+            "rivals": [rival.to_json() for rival in self.rivals],
+            "alternatives": [other.to_json() for other in self.alternatives],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """A place where the model as given does not account for the recording, and when it does not.
+
+    ``evidence`` in nats is how much a free-form force there would raise the held-out log-likelihood;
+    ``when`` says what the mismatch follows, strongest first: "sign of speed", "low speed", "reversal" ...
+    """
+
+    place: str
+    group: tuple[str, ...]  # places that the recording cannot tell apart, its own included
+    evidence: float
+    when: tuple[str, ...] = ()
+
+    def to_json(self) -> Json:
+        return {
+            "place": self.place,
+            "group": list(self.group or (self.place,)),
+            "evidence": self.evidence,
+            "when": list(self.when),
+        }
+
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Relative error of the effort: size of the residual over that of the measured effort."""
+    """Relative error of what is predicted: size of the residual over that of what was measured."""
 
     training: float
     heldout: float
+
+    def to_json(self) -> Json:
+        return {"training": self.training, "heldout": self.heldout}
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseFloor:
+    """The relative error that the sensors' noise alone would leave, over all and at each joint (or channel)."""
+
+    errors: Errors
+    per_joint: Mapping[str, Errors] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +152,29 @@ class Remaining:
     share: float  # part of the left residual's power that follows the motion
     variable: str | None  # what it follows most: "position of elbow"
     p_value: float
+
+    def to_json(self) -> Json:
+        return {
+            "heldout": self.heldout,
+            "structured": self.structured,
+            "share": self.share,
+            "variable": self.variable,
+            "p_value": self.p_value,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class NextExperiment:
+    """A motion that would separate what these recordings cannot."""
+
+    between: tuple[tuple[str, str], ...]  # (effect, place) of each hypothesis, the best first
+    separation: float  # expected evidence of the better one over the other, in nats
+    file: str | None  # of the trajectory, where one was written
+    why: str  # one sentence for people
+
+    def to_json(self) -> Json:
+        between = [{"effect": effect, "place": place} for effect, place in self.between]
+        return {"between": between, "separation": self.separation, "file": self.file, "why": self.why}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +189,7 @@ class Traces:
     after: Array
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
+    noise: Array | None = None  # (n,) amplitude density of the sensors' noise per root hertz, where it is known
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,46 +208,65 @@ class Diagnosis:
     training: str
     heldout: str
     traces: Traces = field(repr=False)
+    located: tuple[Located, ...] = ()  # best first
+    noise_floor: NoiseFloor | None = None  # None: the recording does not tell it
+    next_experiment: NextExperiment | None = None
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """The facts for other programs; the same words as in the report."""
-
-        def estimates(of: Mapping[str, Estimate]) -> dict[str, dict[str, Any]]:
-            return {name: {"value": e.value, "se": e.se, "unit": e.unit} for name, e in of.items()}
-
+        floor = self.noise_floor
+        unknown = {"training": None, "heldout": None}
+        at_joint = floor.per_joint if floor else {}
         return {
             "verdict": str(self.verdict),
             "robot": self.robot.name,
-            "findings": [
-                {
-                    "effect": f.effect,
-                    "place": f.place,
-                    "parameters": estimates(f.parameters),
-                    "heldout_gain": f.heldout_gain,
-                    "heldout_before": f.heldout_before,
-                    "heldout_after": f.heldout_after,
-                    "p_value": f.p_value,
-                    "rivals": [{"effect": r.effect, "place": r.place, "p_value": r.p_value} for r in f.rivals],
-                    "alternatives": [
-                        {"effect": a.effect, "place": a.place, "heldout": a.heldout} for a in f.alternatives
-                    ],
-                }
-                for f in self.findings
-            ],
-            "model": estimates(self.model),
+            "findings": [finding.to_json() for finding in self.findings],
+            "located": [located.to_json() for located in self.located],
+            "model": estimates_json(self.model),
             "fit": {
-                "before": {"training": self.before.training, "heldout": self.before.heldout},
-                "after": {"training": self.after.training, "heldout": self.after.heldout},
-                "per_joint": {j: {"training": e.training, "heldout": e.heldout} for j, e in self.per_joint.items()},
+                "before": self.before.to_json(),
+                "after": self.after.to_json(),
+                "noise_floor": floor.errors.to_json() if floor else unknown,
+                "per_joint": {
+                    joint: errors.to_json()
+                    | {"noise_floor": at_joint[joint].to_json() if joint in at_joint else unknown}
+                    for joint, errors in self.per_joint.items()
+                },
             },
-            "remaining": {
-                "heldout": self.remaining.heldout,
-                "structured": self.remaining.structured,
-                "share": self.remaining.share,
-                "variable": self.remaining.variable,
-                "p_value": self.remaining.p_value,
-            },
+            "remaining": self.remaining.to_json(),
             "alarms": list(self.alarms),
+            "next_experiment": self.next_experiment.to_json() if self.next_experiment else None,
             "band_hz": self.band,
             "recordings": {"training": self.training, "heldout": self.heldout},
+            "problems": [],
         }
+
+
+def bad_recording_json(robot: str, problems: Sequence[Problem]) -> Json:
+    """The same fields for a recording that no diagnosis was started on; ``problems`` say why."""
+    nothing = {"training": None, "heldout": None}
+    return {
+        "verdict": str(Verdict.BAD_RECORDING),
+        "robot": robot,
+        "findings": [],
+        "located": [],
+        "model": {},
+        "fit": {"before": nothing, "after": nothing, "noise_floor": nothing, "per_joint": {}},
+        "remaining": {"heldout": None, "structured": None, "share": None, "variable": None, "p_value": None},
+        "alarms": [],
+        "next_experiment": None,
+        "band_hz": None,
+        "recordings": nothing,
+        "problems": [problem_json(problem) for problem in problems],
+    }
+
+
+def problem_json(problem: Problem) -> Json:
+    """Code, message, hint, and the place in the file where it is known."""
+    where = problem.where
+    place = {"file": where.file, "line": where.line, "column": where.column} if where else None
+    return {"code": problem.code, "message": problem.message, "hint": problem.hint, "where": place}
+
+
+def estimates_json(of: Mapping[str, Estimate]) -> dict[str, Json]:
+    return {name: estimate.to_json() for name, estimate in of.items()}
