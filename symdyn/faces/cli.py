@@ -28,6 +28,17 @@ Map = Annotated[
 ]  # fmt: skip
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
 
+Limits = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--limits",
+        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=.. in SI units, for --experiment; repeatable. "
+        "Default: the model's; else what the recording visited.",
+    ),
+]  # fmt: skip
+Duration = Annotated[float, typer.Option("--duration", "-t", help="Seconds of the experiment.")]
+Rate = Annotated[float, typer.Option("--rate", help="Rows a second of the trajectory.")]
+
 
 def _version(asked: bool) -> None:
     if asked:
@@ -278,6 +289,12 @@ def diagnose(
     generate: Annotated[
         Path | None, typer.Option("--generate", help="Write the kernel of the diagnosed robot into this folder.")
     ] = None,
+    experiment: Annotated[
+        Path | None,
+        typer.Option("--experiment", help="Design the motion that tells rivals apart, and write it (CSV) here."),
+    ] = None,
+    limits: Limits = None,
+    duration: Duration = 20.0,
     json: Json = False,
 ) -> None:
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
@@ -285,10 +302,45 @@ def diagnose(
 
     chain = chain_of(base, tip, lock_others)
     code = recording_commands.diagnose(
-        model, chain, recording, holdout, channel_map, band, report, model_out, generate, json
-    )
+        model, chain, recording, holdout, channel_map, band, report, model_out, generate, json,
+        experiment, limits or [], duration,
+    )  # fmt: skip
     if code:
         raise typer.Exit(code)
+
+
+@app.command()
+def experiment(
+    model: Model,
+    rival: Annotated[
+        str | None, typer.Argument(help="The other explanation; none: the motion that tells the model's parameters.")
+    ] = None,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
+    noise: Annotated[
+        list[str] | None,
+        typer.Option("--noise", help="Of the effort, r.m.s. in the band: VALUE for all joints or JOINT=VALUE."),
+    ] = None,
+    limits: Limits = None,
+    recording: Annotated[
+        Path | None, typer.Option("--recording", help="What it visited stands for limits that nobody gives.")
+    ] = None,
+    channel_map: Map = None,
+    band: Annotated[float, typer.Option("--band", help="In Hz: explanations are compared below it.")] = 10.0,
+    duration: Duration = 20.0,
+    rate: Rate = 500.0,
+    seed: Annotated[int, typer.Option("--seed", help="Of the search; the same seed gives the same motion.")] = 0,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the trajectory (CSV) here.")] = None,
+    json: Json = False,
+) -> None:
+    """Design the motion that would tell two explanations apart, within limits, as a trajectory file."""
+    from symdyn.faces import experiment_command
+
+    chain = chain_of(base, tip, lock_others)
+    experiment_command.run(
+        model, rival, chain, noise or [], limits or [], recording, channel_map, band, duration, rate, seed, out, json
+    )
 
 
 @app.command()

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
 from symdyn.base.files import check_writable, write_atomically
 from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
+from symdyn.faces.experiment_command import add_experiment, check_plan
 from symdyn.faces.recordings import open_recording
 from symdyn.faces.words import effect_title, percent, quantity_text, verdict_sentence
+from symdyn.numeric.experiment.next_experiment import Plan
 from symdyn.numeric.findings import Diagnosis, Verdict
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
@@ -47,12 +50,17 @@ def diagnose(
     model_out: Path | None,
     generate: Path | None,
     json: bool,
+    experiment: Path | None = None,
+    limits: Sequence[str] = (),
+    duration: float = 20.0,
 ) -> int:
     """Returns the exit code: 1 when something is left that no known effect explains."""
     from symdyn.numeric.diagnose import diagnose as run
 
     _check_band(band)
-    for path in (model_out, report, generate / "kernel.py" if generate else None):
+    plan = Plan(duration)
+    check_plan(plan)
+    for path in (model_out, report, experiment, generate / "kernel.py" if generate else None):
         if path is not None:
             check_writable(path)
     robot = compiler.load_robot(model, chain)
@@ -62,6 +70,8 @@ def diagnose(
     print_warnings((*training.warnings, *judge.warnings))
     with status(json) as progress:
         result = run(robot, training, judge, band=band, progress=progress)
+        if experiment is not None:
+            result = add_experiment(result, training, limits, plan, experiment, progress)
     if model_out is not None:
         write_atomically(model_out, _model_text(result, model, chain, model_out))
     if generate is not None:
@@ -74,7 +84,10 @@ def diagnose(
         print_json(result.to_json())
     else:
         show(result)
-    for what, path in (("report", report), ("diagnosed model", model_out), ("kernel", generate)):
+    if result.next_experiment is None or result.next_experiment.file is None:
+        experiment = None  # no question left, or no motion that answers it
+    written = (("report", report), ("diagnosed model", model_out), ("kernel", generate), ("experiment", experiment))
+    for what, path in written:
         if path is not None:
             err.print(f"{what}: {path}", markup=False)
     return 1 if result.verdict is Verdict.UNEXPLAINED or result.remaining.structured else 0
@@ -142,5 +155,7 @@ def show(result: Diagnosis) -> None:
     out.print(
         f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False
     )
+    if result.next_experiment is not None:
+        out.print(f"next experiment: {result.next_experiment.why}", markup=False)
     for alarm in result.alarms:
         out.print(f"note: {alarm}", markup=False)
