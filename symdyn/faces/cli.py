@@ -10,8 +10,9 @@ from typing import Annotated
 import typer
 
 from symdyn import __version__
+from symdyn.faces.cli_beyond import experiment, fleet, profile
 from symdyn.faces.cli_linear import frequency, reduce, sensitivity
-from symdyn.faces.cli_options import Base, Json, Lock, Model, Tip, chain_of
+from symdyn.faces.cli_options import Base, Duration, Json, Limits, Lock, Map, Model, Tip, chain_of
 
 app = typer.Typer(
     name="symdyn",
@@ -22,22 +23,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Map = Annotated[
-    Path | None,
-    typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
-]  # fmt: skip
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
-
-Limits = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--limits",
-        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=.. in SI units, for --experiment; repeatable. "
-        "Default: the model's; else what the recording visited.",
-    ),
-]  # fmt: skip
-Duration = Annotated[float, typer.Option("--duration", "-t", help="Seconds of the experiment.")]
-Rate = Annotated[float, typer.Option("--rate", help="Rows a second of the trajectory.")]
 
 
 def _version(asked: bool) -> None:
@@ -248,7 +234,7 @@ def simulate(
     )
 
 
-for command in (frequency, sensitivity, reduce):
+for command in (frequency, sensitivity, reduce, experiment, profile, fleet):
     app.command()(command)
 
 
@@ -307,40 +293,6 @@ def diagnose(
     )  # fmt: skip
     if code:
         raise typer.Exit(code)
-
-
-@app.command()
-def experiment(
-    model: Model,
-    rival: Annotated[
-        str | None, typer.Argument(help="The other explanation; none: the motion that tells the model's parameters.")
-    ] = None,
-    base: Base = None,
-    tip: Tip = None,
-    lock_others: Lock = False,
-    noise: Annotated[
-        list[str] | None,
-        typer.Option("--noise", help="Of the effort, r.m.s. in the band: VALUE for all joints or JOINT=VALUE."),
-    ] = None,
-    limits: Limits = None,
-    recording: Annotated[
-        Path | None, typer.Option("--recording", help="What it visited stands for limits that nobody gives.")
-    ] = None,
-    channel_map: Map = None,
-    band: Annotated[float, typer.Option("--band", help="In Hz: explanations are compared below it.")] = 10.0,
-    duration: Duration = 20.0,
-    rate: Rate = 500.0,
-    seed: Annotated[int, typer.Option("--seed", help="Of the search; the same seed gives the same motion.")] = 0,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the trajectory (CSV) here.")] = None,
-    json: Json = False,
-) -> None:
-    """Design the motion that would tell two explanations apart, within limits, as a trajectory file."""
-    from symdyn.faces import experiment_command
-
-    chain = chain_of(base, tip, lock_others)
-    experiment_command.run(
-        model, rival, chain, noise or [], limits or [], recording, channel_map, band, duration, rate, seed, out, json
-    )
 
 
 @app.command()

@@ -26,6 +26,21 @@ Resume = Annotated[
     Path | None, typer.Option("--resume", help="Keep results in this folder; a run that was killed goes on from there.")
 ]  # fmt: skip
 
+Map = Annotated[
+    Path | None,
+    typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
+]  # fmt: skip
+Limits = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--limits",
+        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=.. in SI units, for --experiment; repeatable. "
+        "Default: the model's; else what the recording visited.",
+    ),
+]  # fmt: skip
+Duration = Annotated[float, typer.Option("--duration", "-t", help="Seconds of the experiment.")]
+Rate = Annotated[float, typer.Option("--rate", help="Rows a second of the trajectory.")]
+
 
 def executor_of(jobs: int, scheduler: str | None, resume: Path | None) -> Executor:
     """Where the work is done."""
