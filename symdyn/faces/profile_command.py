@@ -123,4 +123,4 @@ def _show(robot: Robot, recording: str, found: Sequence[Profile]) -> None:
     title = f"{robot.name} on {recording}: 95 % intervals by profile likelihood"
     print_table(title, ("parameter", "estimate", "from", "to", ""), rows)
     if any(p.identified is not Identified.YES for p in found):
-        out.print("what is not identified needs another motion: `symdyn experiment MODEL` designs one", markup=False)
+        out.print("whether another motion would tell the rest, `symdyn experiment MODEL` says", markup=False)

@@ -126,5 +126,5 @@ def _on_cluster(function: Function, open_: Mapping[str, Task], scheduler: str) -
         raise UsageError(Problem("SD340", f"no scheduler answers at {scheduler}: {error}", hint=hint)) from None
     with client:
         futures = [client.submit(_one, function, key, task, key=f"symdyn-{key}") for key, task in open_.items()]
-        for _, result in as_completed(futures, with_results=True):
+        for _, result in as_completed(futures, loop=client.loop, with_results=True):
             yield result

@@ -25,7 +25,7 @@ HONEST = 0.9  # where the full refit leaves less than this part of what a linear
 EVALUATIONS = 1200  # of a round
 SAME = 1e-6  # part of the effort: laws that differ differ by more than this on some motion
 LONGEST = 20.0  # times the duration that a longer experiment may be proposed for
-WIDER = 4.0  # times the travel, speed or effort that are tried where nothing within the limits tells
+WIDER = (4.0, 16.0)  # times the travel, speed or effort that are tried where nothing within the limits tells
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,10 +159,13 @@ def _what_would(
     """More time, if that is enough; else the one limit that, widened, gives most, if that is."""
     if separation * LONGEST >= SEPARATES:
         return "time", SEPARATES / separation
-    gains = {}
-    for what in ("travel", "speed", "effort"):
-        family = Family(widened(contest.family.limits, what, WIDER), contest.family.duration)
-        wide = _Contest(contest.pair, family, contest.noise, contest.at)
-        gains[what] = max(wide.least(point, truths) for point in points)
-    best = max(gains, key=lambda what: gains[what])
-    return (best, WIDER) if gains[best] >= SEPARATES else ("", 1.0)
+    for factor in WIDER:
+        gains = {}
+        for what in ("travel", "speed", "effort"):
+            family = Family(widened(contest.family.limits, what, factor), contest.family.duration)
+            wide = _Contest(contest.pair, family, contest.noise, contest.at)
+            gains[what] = max(wide.least(point, truths) for point in points)
+        best = max(gains, key=lambda what: gains[what])
+        if gains[best] >= SEPARATES:
+            return best, factor
+    return "", 1.0
