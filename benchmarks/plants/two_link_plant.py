@@ -1,6 +1,7 @@
 """A planar two-link arm, written by hand: a plant that shares no code with symdyn, for its recordings.
 
     python benchmarks/plants/two_link_plant.py --conceal ripple --joint elbow --seed 1 --out run.csv.gz
+    python benchmarks/plants/two_link_plant.py --conceal ripple --follow trajectory.csv --out next.csv.gz
 
 The arm moves in a vertical plane: q1 from the horizontal x axis, q2 relative to link 1, gravity along
 -y (Spong, Hutchinson, Vidyasagar, "Robot Modeling and Control", section 7.3). Both joints have viscous
@@ -242,24 +243,32 @@ def _gravity(q1, q2):
     return (M1 * R1 + M2 * L1) * GRAVITY * math.cos(q1) + g2, g2
 
 
-def simulate(conceal, joint, seed, duration, noise=True, steps_per_sample=STEPS_PER_SAMPLE):
-    """What the sensors record while the arm follows the reference of the seed.
+def trajectory(path):
+    """Angles and speeds to follow, each (N, 2), from a CSV: time, two angles, two speeds, then what it likes."""
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    time = SAMPLE_TIME * np.arange(round(table[-1, 0] / SAMPLE_TIME) + 1)
+    columns = np.column_stack([np.interp(time, table[:, 0], column) for column in table[:, 1:5].T])
+    return columns[:, :2], columns[:, 2:]
+
+
+def simulate(conceal, joint, seed, duration, noise=True, steps_per_sample=STEPS_PER_SAMPLE, follow=None):
+    """What the sensors record while the arm follows the reference of the seed, or ``follow`` (angles, speeds).
 
     Returns t, q1, q2, tau1, tau2, each (N,). The torque sensor shows its mean over the sample time
     around each instant, so that torque and angle have no skew. Without ``noise`` the sensors are
     perfect: no noise, no quantisation.
     """
     plant = Plant(conceal, joint)
-    angles, speeds = reference(seed, duration)
+    angles, speeds = reference(seed, duration) if follow is None else follow
     count = len(angles)
     disturbance = np.random.default_rng([seed, 1]).standard_normal((count, 4)).tolist()
-    follow = list(zip(angles.tolist(), speeds.tolist(), strict=True))
-    controller = Controller(*follow[0])
-    state = (*follow[0][0], *follow[0][1])
+    path = list(zip(angles.tolist(), speeds.tolist(), strict=True))
+    controller = Controller(*path[0])
+    state = (*path[0][0], *path[0][1])
     step = SAMPLE_TIME / steps_per_sample
     rows = []
     before = None
-    for (angle, speed), random in zip(follow, disturbance, strict=True):
+    for (angle, speed), random in zip(path, disturbance, strict=True):
         measured = [_measure(state[i], ENCODER_NOISE * random[i], ENCODER_QUANTUM, noise) for i in range(2)]
         torque = controller.torque(measured, angle, speed)
         before = before or torque
@@ -297,10 +306,13 @@ def main():
     parser.add_argument("--joint", choices=JOINTS, default="elbow", help="where it acts (default: elbow)")
     parser.add_argument("--seed", type=int, default=1, help="of the motion and the noise (default: 1)")
     parser.add_argument("--duration", type=float, default=20.0, help="in s (default: 20)")
+    parser.add_argument("--follow", help="a trajectory (CSV) instead of a random motion; its duration holds")
     parser.add_argument("--no-noise", action="store_true", help="perfect sensors")
     parser.add_argument("--out", required=True, help="file to write, .csv.gz")
     options = parser.parse_args()
-    recording = simulate(options.conceal, options.joint, options.seed, options.duration, noise=not options.no_noise)
+    follow = trajectory(options.follow) if options.follow else None
+    noise = not options.no_noise
+    recording = simulate(options.conceal, options.joint, options.seed, options.duration, noise, follow=follow)
     write_csv(options.out, recording)
 
 

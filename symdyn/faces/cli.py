@@ -10,8 +10,9 @@ from typing import Annotated
 import typer
 
 from symdyn import __version__
+from symdyn.faces.cli_beyond import experiment, fleet, profile
 from symdyn.faces.cli_linear import frequency, reduce, sensitivity
-from symdyn.faces.cli_options import Base, Json, Lock, Model, Tip, chain_of
+from symdyn.faces.cli_options import Base, Duration, Json, Limits, Lock, Map, Model, Tip, chain_of
 
 app = typer.Typer(
     name="symdyn",
@@ -22,10 +23,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Map = Annotated[
-    Path | None,
-    typer.Option("--map", help="Channel map (TOML); default: FILE.toml beside the recording, else the model's own."),
-]  # fmt: skip
 Band = Annotated[float | None, typer.Option("--band", help="Analysis band in Hz; default: found from the residual.")]
 
 
@@ -237,7 +234,7 @@ def simulate(
     )
 
 
-for command in (frequency, sensitivity, reduce):
+for command in (frequency, sensitivity, reduce, experiment, profile, fleet):
     app.command()(command)
 
 
@@ -284,6 +281,12 @@ def diagnose(
     generate: Annotated[
         Path | None, typer.Option("--generate", help="Write the kernel of the diagnosed robot into this folder.")
     ] = None,
+    experiment: Annotated[
+        Path | None,
+        typer.Option("--experiment", help="Design the motion that tells rivals apart, and write it (CSV) here."),
+    ] = None,
+    limits: Limits = None,
+    duration: Duration = 20.0,
     json: Json = False,
 ) -> None:
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
@@ -291,8 +294,9 @@ def diagnose(
 
     chain = chain_of(base, tip, lock_others)
     code = recording_commands.diagnose(
-        model, chain, recordings, holdout or [], channel_map, band, report, model_out, generate, json
-    )
+        model, chain, recordings, holdout or [], channel_map, band, report, model_out, generate, json,
+        experiment, limits or [], duration,
+    )  # fmt: skip
     if code:
         raise typer.Exit(code)
 

@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-from symdyn.faces.cli_options import Base, Json, Lock, Model, Tip, chain_of
+from symdyn.faces.cli_options import (
+    Base,
+    Jobs,
+    Json,
+    Lock,
+    Model,
+    Resume,
+    Scheduler,
+    Tip,
+    chain_of,
+    executor_of,
+)
 
 Input = Annotated[str | None, typer.Option("--input", "-u", help="Input, by name; default: the first.")]
 Output = Annotated[
@@ -84,6 +95,9 @@ def sensitivity(
     ] = None,
     spread: Annotated[float, typer.Option("--spread", help="Ranges are the values plus and minus this share.")] = 0.2,
     seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same numbers.")] = 0,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
+    resume: Resume = None,
     plot: Plot = None,
     json: Json = False,
 ) -> None:
@@ -93,7 +107,7 @@ def sensitivity(
     chain = chain_of(base, tip, lock_others)
     sensitivity_command.run(
         model, chain, input, output, low, high, points, at or [], parameter or [], factor or [0.5, 2.0], method,
-        samples, spread, seed, plot, json,
+        samples, spread, seed, executor_of(jobs, scheduler, resume), plot, json,
     )  # fmt: skip
 
 

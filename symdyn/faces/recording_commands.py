@@ -10,9 +10,12 @@ from symdyn import compiler
 from symdyn.base.errors import BadRecording, Problem, UsageError
 from symdyn.base.files import check_writable, write_atomically
 from symdyn.faces.console import err, out, print_error, print_json, print_table, print_warnings, status
+from symdyn.faces.experiment_command import add_experiment, check_plan
 from symdyn.faces.recordings import open_recording, open_recordings
 from symdyn.faces.words import VERDICT_MEANINGS, effect_title, percent, quantity_text, verdict_sentence
+from symdyn.numeric.experiment.next_experiment import Plan
 from symdyn.numeric.findings import Diagnosis, Verdict, bad_recording_json
+from symdyn.numeric.runs import joined
 from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
@@ -49,12 +52,17 @@ def diagnose(
     model_out: Path | None,
     generate: Path | None,
     json: bool,
+    experiment: Path | None = None,
+    limits: Sequence[str] = (),
+    duration: float = 20.0,
 ) -> int:
     """Returns the exit code: 1 when something is left that no known effect explains, 3 for a bad recording."""
     from symdyn.numeric.diagnose import diagnose as run
 
     _check_band(band)
-    for path in (model_out, report, generate / "kernel.py" if generate else None):
+    plan = Plan(duration)
+    check_plan(plan)
+    for path in (model_out, report, experiment, generate / "kernel.py" if generate else None):
         if path is not None:
             check_writable(path)
     robot = compiler.load_robot(model, chain)
@@ -64,6 +72,8 @@ def diagnose(
             print_warnings(recording.warnings)
         with status(json) as progress:
             result = run(robot, training, judges or None, band=band, progress=progress)
+            if experiment is not None:
+                result = add_experiment(result, joined(training), limits, plan, experiment, progress)
     except BadRecording as bad:
         return _refused(robot, bad, json)
     if model_out is not None:
@@ -78,7 +88,10 @@ def diagnose(
         print_json(result.to_json())
     else:
         show(result)
-    for what, path in (("report", report), ("diagnosed model", model_out), ("kernel", generate)):
+    if result.next_experiment is None or result.next_experiment.file is None:
+        experiment = None  # no question left, or no motion that answers it
+    written = (("report", report), ("diagnosed model", model_out), ("kernel", generate), ("experiment", experiment))
+    for what, path in written:
         if path is not None:
             err.print(f"{what}: {path}", markup=False)
     return 1 if result.verdict is Verdict.UNEXPLAINED or result.remaining.structured else 0
@@ -156,5 +169,7 @@ def show(result: Diagnosis) -> None:
     out.print(
         f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False
     )
+    if result.next_experiment is not None:
+        out.print(f"next experiment: {result.next_experiment.why}", markup=False)
     for alarm in result.alarms:
         out.print(f"note: {alarm}", markup=False)

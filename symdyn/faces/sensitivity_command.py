@@ -13,8 +13,10 @@ import numpy as np
 from symdyn.base.errors import Problem, UsageError
 from symdyn.base.files import write_atomically
 from symdyn.base.wording import did_you_mean
+from symdyn.derive.linearize import without_nonsmooth
 from symdyn.faces.console import err, out, print_json, print_table, status
 from symdyn.faces.linear_options import Linear, band_of, check_points, finite, mode_facts, open_linear, tell
+from symdyn.numeric.executor import Executor
 from symdyn.numeric.linear.cost import Band
 from symdyn.numeric.linear.global_sensitivity import GlobalSensitivity, SobolIndex, default_ranges, morris, sobol
 from symdyn.numeric.linear.local_sensitivity import LocalSensitivity, local_sensitivity
@@ -22,6 +24,7 @@ from symdyn.numeric.linear.modes import modes
 from symdyn.numeric.linear.one_at_a_time import OneAtATime, one_at_a_time
 from symdyn.numeric.linear.scalars import scalars
 from symdyn.numeric.linear.signals import grid
+from symdyn.numeric.linear.spread_evaluation import Spread
 from symdyn.spec.urdf_chain import Chain
 
 METHODS = ("morris", "sobol")
@@ -42,6 +45,7 @@ def run(
     samples: int | None,
     spread: float,
     seed: int,
+    executor: Executor,
     plot: Path | None,
     json: bool,
 ) -> None:
@@ -61,7 +65,7 @@ def run(
             raise UsageError(Problem("SD305", f"no parameter `{name}`", hint=hint))
     first, last = band_of(low, high, modes(linear.family.nominal))
     if method is not None:
-        _global(linear, method, input, output, (first, last), parameters, samples, spread, seed, json)
+        _global(linear, method, input, output, (first, last), parameters, samples, spread, seed, executor, json)
         return
     hertz = grid(first, last, points)
     local = local_sensitivity(linear.family, hertz, input, output)
@@ -149,16 +153,23 @@ def _global(
     samples: int | None,
     spread: float,
     seed: int,
+    executor: Executor,
     json: bool,
 ) -> None:
     family = linear.family
     middle = math.sqrt(band[0] * band[1])
-    numbers = scalars(family, (Band(band[0], middle), Band(middle, band[1])), input, output)
+    bands = (Band(band[0], middle), Band(middle, band[1]))
+    numbers = scalars(family, bands, input, output)
+    spread_out = None
+    if executor != Executor():
+        nominal = family.nominal
+        x, u = (np.array([linear.at.get(n, 0.0) for n in names]) for names in (nominal.states, nominal.inputs))
+        spread_out = Spread(without_nonsmooth(linear.robot), x, u, bands, input, output, executor)
     ranges = default_ranges(family, spread, parameters)
     with status(json) as progress:
         run = morris if method == "morris" else sobol
         chosen = samples if samples is not None else 20 if method == "morris" else 256
-        result = run(family, numbers, ranges, chosen, seed, progress)
+        result = run(family, numbers, ranges, chosen, seed, progress, spread_out)
     if json:
         table = {name: [asdict(row) for row in rows] for name, rows in result.table.items()}
         facts = {"method": method, "ranges": {k: list(v) for k, v in ranges.items()}, "seed": seed}

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import bounds, fitted_parameters
 from symdyn.numeric.findings import Estimate
-from symdyn.numeric.fitting import fit, joint_weight, relative_error
+from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
@@ -35,6 +36,15 @@ class Identification:
         }
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A model fitted to a recording: on ``bench``, with the ``weight`` (n,) of each joint."""
+
+    bench: Workbench
+    fit: Fit
+    weight: NDArray[np.float64]
+
+
 def identify(
     robot: Robot,
     recording: Recording,
@@ -46,6 +56,26 @@ def identify(
 
     Raises InputError when the recording does not measure what inverse dynamics needs.
     """
+    done = fitted(robot, recording, band=band, progress=progress)
+    bench, kernel = done.bench, done.bench.kernel
+    found = {
+        n: Estimate(
+            float(done.fit.p[bench.index[n]]), done.fit.standard_error(n), kernel.parameter_units[bench.index[n]]
+        )
+        for n in done.fit.names
+    }
+    cutoff = bench.band.cutoff if bench.band else 0.0
+    return Identification(found, relative_error(bench.residual(done.fit.p), bench.effort), cutoff)
+
+
+def fitted(
+    robot: Robot,
+    recording: Recording,
+    *,
+    band: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Fitted:
+    """The fit itself. Raises as ``identify`` does."""
     progress(f"deriving and compiling {robot.name}")
     kernel = compile_robot(robot).kernel()
     wide = Workbench(kernel, observe(robot, kernel, recording))
@@ -56,9 +86,4 @@ def identify(
     chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
     bench = Workbench(kernel, observe(robot, kernel, recording, 5.0 * chosen.cutoff), chosen)
     weight = joint_weight(bench.residual(start.p), bench.effort)
-    done = fit(bench, values, names, weight, bounds(robot))
-    found = {
-        n: Estimate(float(done.p[bench.index[n]]), done.standard_error(n), kernel.parameter_units[bench.index[n]])
-        for n in names
-    }
-    return Identification(found, relative_error(bench.residual(done.p), bench.effort), chosen.cutoff)
+    return Fitted(bench, fit(bench, values, names, weight, bounds(robot)), weight)

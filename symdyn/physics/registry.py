@@ -7,8 +7,9 @@ import pkgutil
 from collections.abc import Mapping
 from functools import cache
 
+from symdyn.base import symbols
 from symdyn.physics import effects
-from symdyn.physics.effect import Effect
+from symdyn.physics.effect import PORT, Effect
 from symdyn.spec.effect_schema import EffectSchema
 
 
@@ -32,3 +33,14 @@ def effect(identifier: str) -> Effect:
 def schemas() -> Mapping[str, EffectSchema]:
     """What readers of files need to know of the catalogue."""
     return {identifier: item.schema() for identifier, item in catalogue().items()}
+
+
+@cache
+def load_dependent() -> frozenset[str]:
+    """Identifiers of the effects whose force depends on the load at their place: another load tells them apart."""
+    found = []
+    for identifier, item in catalogue().items():
+        p = {schema.name: symbols.local(schema.name) for schema in item.parameters}
+        if item.force(PORT, p).has(PORT.load):
+            found.append(identifier)
+    return frozenset(found)

@@ -13,6 +13,7 @@ import numpy as np
 from symdyn.base.errors import InputError, NumericalError, Problem, UsageError
 from symdyn.base.linear_system import Array, LinearFamily
 from symdyn.numeric.linear.scalars import Scalar
+from symdyn.numeric.linear.spread_evaluation import row_of
 
 SPREAD = 0.2  # relative half-width of the range of a parameter for which none is declared
 LEVELS = 4  # of Morris's grid
@@ -20,6 +21,7 @@ CONFIDENCE = 0.95
 
 Ranges = Mapping[str, tuple[float, float]]
 Progress = Callable[[str], None]
+Evaluated = Callable[[Sequence[str], Array, Progress], Array]  # names, points -> numbers, a row per point
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +78,11 @@ def morris(
     trajectories: int = 20,
     seed: int = 0,
     progress: Progress = lambda _: None,
+    evaluated: Evaluated | None = None,
 ) -> GlobalSensitivity:
     """Elementary effects (Morris 1991; Campolongo et al. 2007); the same seed gives the same numbers.
+
+    ``evaluated`` finds the numbers of all models at once, elsewhere (``Spread``); None: one after the other, here.
 
     Raises UsageError (SD306) without SALib, InputError (SD307) for a range that is none, NumericalError (SD611) where
     a number is not finite somewhere in the ranges.
@@ -85,7 +90,7 @@ def morris(
     sample, analyze = _salib("morris")
     problem = _problem(family, ranges)
     points = sample.sample(problem, trajectories, num_levels=LEVELS, seed=_own(seed))
-    values = _evaluated(family, outputs, list(ranges), points, progress)
+    values = _evaluated(family, outputs, list(ranges), points, progress, evaluated)
     table = {}
     for scalar, column in zip(outputs, values.T, strict=True):
         found = analyze.analyze(problem, points, column, num_levels=LEVELS, conf_level=CONFIDENCE, seed=_own(seed))
@@ -102,6 +107,7 @@ def sobol(
     samples: int = 256,
     seed: int = 0,
     progress: Progress = lambda _: None,
+    evaluated: Evaluated | None = None,
 ) -> GlobalSensitivity:
     """First-order and total indices (Saltelli et al. 2010), from ``samples`` (a power of two) per parameter.
 
@@ -112,7 +118,7 @@ def sobol(
     sample, analyze = _salib("sobol")
     problem = _problem(family, ranges)
     points = sample.sample(problem, samples, calc_second_order=False, seed=_own(seed))
-    values = _evaluated(family, outputs, list(ranges), points, progress)
+    values = _evaluated(family, outputs, list(ranges), points, progress, evaluated)
     table = {}
     for scalar, column in zip(outputs, values.T, strict=True):
         if np.ptp(column) == 0.0:
@@ -160,9 +166,31 @@ def _problem(family: LinearFamily, ranges: Ranges) -> dict[str, Any]:
 
 
 def _evaluated(
-    family: LinearFamily, outputs: Sequence[Scalar], names: Sequence[str], points: Array, progress: Progress
+    family: LinearFamily,
+    outputs: Sequence[Scalar],
+    names: Sequence[str],
+    points: Array,
+    progress: Progress,
+    evaluated: Evaluated | None,
 ) -> Array:
     """(number of points, number of outputs)."""
+    values = (
+        _one_by_one(family, outputs, names, points, progress)
+        if evaluated is None
+        else evaluated(names, points, progress)
+    )
+    bad = np.argwhere(~np.isfinite(values))
+    if len(bad):
+        i, j = bad[0]
+        where = ", ".join(f"{n} = {v:.4g}" for n, v in zip(names, points[i], strict=True))
+        hint = "narrow the ranges, so that every mode stays one"
+        raise NumericalError(Problem("SD611", f"{outputs[j].name} does not exist at {where}", hint=hint))
+    return values
+
+
+def _one_by_one(
+    family: LinearFamily, outputs: Sequence[Scalar], names: Sequence[str], points: Array, progress: Progress
+) -> Array:
     at = [family.index(name) for name in names]
     values = np.empty((len(points), len(outputs)))
     shown = -1
@@ -171,14 +199,5 @@ def _evaluated(
         if percent > shown:
             shown = percent
             progress(f"step {i} of {len(points)} models")
-        p = family.values.copy()
-        p[at] = point
-        system = family.at(p)
-        values[i] = [scalar.value(system) for scalar in outputs]
-    bad = np.argwhere(~np.isfinite(values))
-    if len(bad):
-        i, j = bad[0]
-        where = ", ".join(f"{n} = {v:.4g}" for n, v in zip(names, points[i], strict=True))
-        hint = "narrow the ranges, so that every mode stays one"
-        raise NumericalError(Problem("SD611", f"{outputs[j].name} does not exist at {where}", hint=hint))
+        values[i] = row_of(family, outputs, at, point)
     return values
