@@ -22,7 +22,7 @@ AMPLIFIER = ("amplifier_offset", "amplifier_limit", "amplifier_dead_zone", "inpu
 OFFSET, LIMIT, DEAD, DELAY = range(len(AMPLIFIER))
 
 
-@njit(cache=True)
+@njit  # without cache: Numba would not see that the laws it inlines have changed
 def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, speeds, dither, noise, steps):
     """Voltage, current, motor angle, tachometer speed and load angle at the control samples, each (N)."""
     n, count = len(chain), len(reference)
@@ -77,7 +77,7 @@ def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, sp
     return out[0], out[1], out[2], out[3], out[4]
 
 
-@njit(cache=True)
+@njit
 def _forces(springs, last, p, x, v, t, z, loop, torque, at):
     """Forces on the inertias, dry friction left out, and the torque that the last shaft transmits."""
     n = len(x)
@@ -108,7 +108,7 @@ def _forces(springs, last, p, x, v, t, z, loop, torque, at):
     return force, through
 
 
-@njit(cache=True)
+@njit
 def _loop_rate(last, v, loop):
     if last[LOOP_LEVEL] == 0.0:
         return 0.0
@@ -116,7 +116,7 @@ def _loop_rate(last, v, loop):
     return (v - shape * abs(v) * abs(loop) * loop - (1.0 - shape) * v * loop * loop) / last[LOOP_YIELD]
 
 
-@njit(cache=True)
+@njit
 def _amplified(amplifier, u):
     u += amplifier[OFFSET]
     u = min(max(u, -amplifier[LIMIT]), amplifier[LIMIT])

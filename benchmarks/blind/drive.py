@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.blind import laws
 from benchmarks.blind.chain import AMPLIFIER, SHAFT, SUPPLY, simulate
 from benchmarks.blind.machine import Machine, Place, Recorded, parameter_lines
-from benchmarks.blind.motions import CONTROL, multisine, rng_of
+from benchmarks.blind.motions import CONTROL, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
 
@@ -45,7 +45,7 @@ class Drive(Machine):
     def record(
         self, planted: tuple[Planted, ...], true: Mapping[str, float], run: int, level: str, seed: int
     ) -> Recorded:
-        rng = rng_of(self.name, run, level, seed)
+        rng = self.rng(planted, run, level, seed)
         true = {**true, **self.plant_of(planted, self.flexible)}
         reference, speeds = multisine(rng, run, DURATION, np.zeros(1), np.array([REACH]))
         own: list[dict[str, float]] = []

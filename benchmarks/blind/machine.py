@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from benchmarks.blind.motions import rng_of
+
 if TYPE_CHECKING:
     from benchmarks.blind.planting import Planted
 
@@ -57,6 +59,10 @@ class Machine(ABC):
     @abstractmethod
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
         """robot.toml with the values ``given``; with ``form``, what was planted is in it (the oracle's model)."""
+
+    def rng(self, planted: Sequence[Planted], run: int, level: str, seed: int) -> np.random.Generator:
+        """Of motion and noise: other ones in every case and run."""
+        return rng_of(self.name, run, level, seed, *(f"{plant.kind}@{plant.place}" for plant in planted))
 
     def place(self, address: str) -> Place:
         return next(place for place in self.places if place.address == address)

@@ -12,10 +12,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from benchmarks.blind import laws
 from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
-from benchmarks.blind.motions import CONTROL, multisine, rng_of
+from benchmarks.blind.motions import CONTROL, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
 
@@ -73,7 +74,7 @@ class SixJoint(Machine):
     def record(
         self, planted: tuple[Planted, ...], true: Mapping[str, float], run: int, level: str, seed: int
     ) -> Recorded:
-        rng = rng_of("six-joint", run, level, seed)
+        rng = self.rng(planted, run, level, seed)
         x, v = multisine(rng, run, DURATION, CENTRE + rng.uniform(-0.15, 0.15, 6), REACH)
         own = [
             {"viscous": true[f"b_{i}"], "level_positive": true[f"F_{i}"], "level_negative": true[f"F_{i}"]}
@@ -201,7 +202,7 @@ def _simulate(
     return angles, torques
 
 
-@laws.njit(cache=True)
+@njit
 def _laws(p, q, v, t, z, load, h):
     """Levels of the dry friction (the same both ways) and all other forces; the hidden states advance by ``h``."""
     n = len(q)

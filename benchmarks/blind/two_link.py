@@ -15,7 +15,7 @@ from numba import njit
 
 from benchmarks.blind import laws
 from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
-from benchmarks.blind.motions import CONTROL, multisine, rng_of
+from benchmarks.blind.motions import CONTROL, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
 
@@ -61,7 +61,7 @@ class TwoLink(Machine):
     def record(
         self, planted: tuple[Planted, ...], true: Mapping[str, float], run: int, level: str, seed: int
     ) -> Recorded:
-        rng = rng_of("two-link", run, level, seed)
+        rng = self.rng(planted, run, level, seed)
         x, v = multisine(rng, run, DURATION, CENTRE + rng.uniform(-0.15, 0.15, 2), REACH)
         body = np.array([true[k] for k in ("m_1", "m_2", "r_1", "r_2", "I_1", "I_2")])
         p = rows(planted, self.places, [{"viscous": true["b_1"]}, {"viscous": true["b_2"]}])
@@ -90,89 +90,84 @@ class TwoLink(Machine):
         )
 
 
-@njit(cache=True)
+@njit  # without cache: Numba would not see that the laws it inlines have changed
 def _simulate(body, p, limit, gravity, reference, speeds, noise, steps):
     """Angles as the encoders show them and mean torques around the control samples, each (N, 2)."""
     count = len(reference)
-    q, v = reference[0].copy(), speeds[0].copy()
+    q, v, q_mid, v_mid, after = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
     z, z_mid = np.zeros((2, laws.STATES)), np.zeros((2, laws.STATES))
-    dry, levels = np.zeros(2), np.zeros((2, 2))
-    angles, torques = np.empty((count, 2)), np.empty((count, 2))
-    kp, ki, kd = np.array([260.0, 55.0]), np.array([900.0, 250.0]), np.array([16.0, 2.6])
-    guess, mass, mass_mid = np.zeros(2), np.empty((2, 2)), np.empty((2, 2))
-    _gravity(body, gravity, q, guess)
-    total, last, filtered = 0.15 * guess, q.copy(), v.copy()
-    torque, before = np.zeros(2), np.zeros(2)
+    dry, forwards, backwards, mobility = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros((2, 2))
+    total, last, filtered = np.zeros(2), np.zeros(2), np.zeros(2)
+    torque, before, applied = np.zeros(2), np.zeros(2), np.zeros(2)
+    angles, torques = np.zeros((count, 2)), np.zeros((count, 2))
+    kp, ki, kd = (260.0, 55.0), (900.0, 250.0), (16.0, 2.6)
+    guess, force = np.zeros(2), np.zeros(2)
+    _gravity(body, gravity, reference[0], guess)
+    for i in range(2):
+        q[i], v[i], last[i], filtered[i] = reference[0, i], speeds[0, i], reference[0, i], speeds[0, i]
+        total[i] = 0.15 * guess[i]
     h = CONTROL / steps
     for k in range(count):
-        seen = q + noise[k]
         _gravity(body, gravity, reference[k], guess)
         for i in range(2):
-            filtered[i] += 0.25 * ((seen[i] - last[i]) / CONTROL - filtered[i])
-            error = reference[k, i] - seen[i]
+            seen = q[i] + noise[k, i]
+            filtered[i] += 0.25 * ((seen - last[i]) / CONTROL - filtered[i])
+            error = reference[k, i] - seen
             total[i] += ki[i] * error * CONTROL
             torque[i] = kp[i] * error + total[i] + kd[i] * (speeds[k, i] - filtered[i]) + 0.85 * guess[i]
-        if k == 0:
-            before[:] = torque
-        last[:] = seen
-        angles[k], torques[k] = seen, 0.5 * (before + torque)
-        before[:] = torque
-        applied = np.minimum(np.maximum(torque, -limit), limit)
+            angles[k, i], last[i] = seen, seen
+            torques[k, i] = 0.5 * (torque[i] + (before[i] if k > 0 else torque[i]))
+            before[i] = torque[i]
+            applied[i] = min(max(torque[i], -limit[i]), limit[i])
         for j in range(steps):
             t = k * CONTROL + j * h
-            force = _force(body, gravity, p, q, v, t, z, applied)
-            _mass(body, p, q, mass)
-            middle = q + 0.5 * h * v
-            v_mid = v + 0.5 * h * _solve(mass, force + dry)
+            _force(body, gravity, p, q, v, t, z, applied, force)
+            _mobility(body, p, q, 0.5 * h, mobility)
             for i in range(2):
+                q_mid[i] = q[i] + 0.5 * h * v[i]
+                v_mid[i] = v[i] + mobility[i, 0] * (force[0] + dry[0]) + mobility[i, 1] * (force[1] + dry[1])
                 laws.advance_states(p[i], v_mid[i], z[i], 0.5 * h, z_mid[i])
-            force = _force(body, gravity, p, middle, v_mid, t + 0.5 * h, z_mid, applied)
-            _mass(body, p, middle, mass_mid)
-            after = v + h * _solve(mass_mid, force)
-            for i in range(2):  # the load is what link and rotor need, of the step before
-                levels[0, i], levels[1, i] = laws.dry_levels(p[i], q[i], v[i], applied[i] + dry[i])
-            laws.hold(after, h * np.linalg.inv(mass_mid), levels[0], levels[1], dry)
+                # the load is what link and rotor need, of the step before
+                forwards[i], backwards[i] = laws.dry_levels(p[i], q[i], v[i], applied[i] + dry[i])
+            _force(body, gravity, p, q_mid, v_mid, t + 0.5 * h, z_mid, applied, force)
+            _mobility(body, p, q_mid, h, mobility)
+            for i in range(2):
+                after[i] = v[i] + mobility[i, 0] * force[0] + mobility[i, 1] * force[1]
+            laws.hold(after, mobility, forwards, backwards, dry)
             for i in range(2):
                 laws.advance_states(p[i], 0.5 * (v[i] + after[i]), z[i], h, z_mid[i])
-            z[:] = z_mid
-            q += 0.5 * h * (v + after)
-            v[:] = after
+                z[i] = z_mid[i]
+                q[i] += 0.5 * h * (v[i] + after[i])
+                v[i] = after[i]
     return angles, torques
 
 
-@njit(cache=True)
-def _mass(body, p, q, out):
+@njit
+def _mobility(body, p, q, h, out):
+    """Change of speed per force over a time ``h``: that times the inverse of the mass matrix."""
     m1, m2, r1, r2, i1, i2 = body
     c2 = math.cos(q[1])
-    out[0, 0] = m1 * r1 * r1 + i1 + m2 * (L1 * L1 + r2 * r2 + 2 * L1 * r2 * c2) + i2 + p[0, laws.ADDED_INERTIA]
-    out[0, 1] = out[1, 0] = m2 * (r2 * r2 + L1 * r2 * c2) + i2
-    out[1, 1] = m2 * r2 * r2 + i2 + p[1, laws.ADDED_INERTIA]
+    m11 = m1 * r1 * r1 + i1 + m2 * (L1 * L1 + r2 * r2 + 2 * L1 * r2 * c2) + i2 + p[0, laws.ADDED_INERTIA]
+    m12 = m2 * (r2 * r2 + L1 * r2 * c2) + i2
+    m22 = m2 * r2 * r2 + i2 + p[1, laws.ADDED_INERTIA]
+    scale = h / (m11 * m22 - m12 * m12)
+    out[0, 0], out[1, 1] = scale * m22, scale * m11
+    out[0, 1] = out[1, 0] = -scale * m12
 
 
-@njit(cache=True)
+@njit
 def _gravity(body, gravity, q, out):
     m1, m2, r1, r2, _, _ = body
     out[1] = m2 * r2 * gravity * math.cos(q[0] + q[1])
     out[0] = (m1 * r1 + m2 * L1) * gravity * math.cos(q[0]) + out[1]
 
 
-@njit(cache=True)
-def _force(body, gravity, p, q, v, t, z, torque):
+@njit
+def _force(body, gravity, p, q, v, t, z, torque, out):
     """Everything but the mass matrix and dry friction."""
     h = body[1] * L1 * body[3] * math.sin(q[1])
-    out = np.empty(2)
     _gravity(body, gravity, q, out)
     out[0] = torque[0] + h * v[1] * (2 * v[0] + v[1]) - out[0]
     out[1] = torque[1] - h * v[0] * v[0] - out[1]
     for i in range(2):
         out[i] += laws.smooth_force(p[i], q[i], v[i], t, z[i])
-    return out
-
-
-@njit(cache=True)
-def _solve(mass, force):
-    determinant = mass[0, 0] * mass[1, 1] - mass[0, 1] * mass[1, 0]
-    out = np.empty(2)
-    out[0] = (mass[1, 1] * force[0] - mass[0, 1] * force[1]) / determinant
-    out[1] = (mass[0, 0] * force[1] - mass[1, 0] * force[0]) / determinant
-    return out
