@@ -10,7 +10,7 @@ from itertools import product
 
 from benchmarks.blind.drive import RigidDrive, SeedDrive
 from benchmarks.blind.effects import MOVING, Draw
-from benchmarks.blind.faults import ARM, CIRCUIT, MISSING_SHAFT, SHAFT, WHOLE
+from benchmarks.blind.faults import ARM, CIRCUIT, MISSING_SHAFT, SHAFT, TACHO, WHOLE
 from benchmarks.blind.machine import Machine
 from benchmarks.blind.motions import rng_of
 from benchmarks.blind.planting import Planted
@@ -20,7 +20,7 @@ from benchmarks.blind.two_link import TwoLink
 from benchmarks.blind.unknown import UNKNOWN
 
 MACHINES: Mapping[str, Machine] = {m.name: m for m in (TwoLink(), SixJoint(), RigidDrive(), SeedDrive())}
-DRAWS: Mapping[str, Draw] = {**MOVING, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **UNKNOWN}
+DRAWS: Mapping[str, Draw] = {**MOVING, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **TACHO, **UNKNOWN}
 OFF = 0.3  # the largest relative error of a parameter that is handed over
 SPREAD = 0.15  # of the true ones, from case to case
 NULLS = {"two-link": 80, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50}  # at the middle level
@@ -34,13 +34,14 @@ _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, an
     ("two-link", "j2"): tuple(k for k in MOVING if k != "unbalance") + tuple(ARM),
     ("two-link", ""): tuple(WHOLE),
     ("six-joint", ""): tuple(WHOLE),
-    ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)),
+    ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)) + tuple(TACHO),
     ("rigid-drive", "j1.shaft"): tuple(MISSING_SHAFT),
     ("rigid-drive", "j1.circuit"): tuple(CIRCUIT),
     ("seed-drive", "j1.motor"): tuple(
         k for k in MOVING if k not in ("added_inertia", "unbalance", "warm_up", *_ARM_ONLY)
     ),
     ("seed-drive", "j1"): tuple(k for k in MOVING if k not in ("added_inertia", "viscous", *_ARM_ONLY)),
+    ("seed-drive", "j1.tacho"): tuple(TACHO),
     ("seed-drive", "j1.shaft3"): tuple(SHAFT),
     ("seed-drive", "j1.circuit"): tuple(CIRCUIT),
 }

@@ -17,13 +17,12 @@ from benchmarks.blind.chain import AMPLIFIER, SHAFT, SUPPLY, simulate
 from benchmarks.blind.machine import Machine, Place, Recorded, parameter_lines
 from benchmarks.blind.motions import CONTROL, multisine
 from benchmarks.blind.planting import Planted, rows
-from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
+from benchmarks.blind.sensors import LEVELS, TACHO_CONSTANT, analogue, encoder, faulty
 
 STEPS = 50  # of the integration per control sample: the poles of the chain are below 20 000 1/s
 DURATION = 10.0  # s
 REACH = 4.0  # rad, of the motor
 CURRENT, TACHO = 4.0, 1.0  # A, V: full ranges
-TACHO_CONSTANT = 0.029  # V s/rad
 DITHER = 1.0  # V: a random step every 20 ms, so that more than slow motion is excited
 CHANNELS = (
     ("u", "voltage", "link", "V", 1.0),

@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks.blind.effects import Draw
 from benchmarks.blind.machine import Place
 from benchmarks.blind.planting import Form, Planted
+from benchmarks.blind.sensors import TACHO_CONSTANT
 
 
 def _encoder(kind: str, place: Place, shown: str, value: float) -> Planted:
@@ -129,8 +130,9 @@ def ammeter_offset(rng: np.random.Generator, place: Place) -> Planted:
 
 def tacho_lag(rng: np.random.Generator, place: Place) -> Planted:
     lag = rng.uniform(0.004, 0.012)
-    form: Form = {"tachometer": {"time_constant": lag}}
-    return Planted("tacho_lag", place.address, fault=("tacho", {"lag": lag}), forms=(form,))
+    form: Form = {"tachometer": {"constant": TACHO_CONSTANT, "time_constant": lag}}
+    fault = ("tacho", {"lag": lag})
+    return Planted("tacho_lag", place.address, fault=fault, forms=(form,), scored={"time_constant": lag})
 
 
 def _by_name(*draws: Draw) -> dict[str, Draw]:
@@ -139,6 +141,7 @@ def _by_name(*draws: Draw) -> dict[str, Draw]:
 
 ARM = _by_name(encoder_offset, encoder_gain, encoder_steps, late_channel, effort_limit)
 WHOLE = _by_name(no_gravity)
+TACHO = _by_name(tacho_lag)
 MISSING_SHAFT = _by_name(compliance)
 SHAFT = _by_name(backlash, shaft_hardening, shaft_hysteresis, shaft_friction, kinematic_error)
-CIRCUIT = _by_name(amplifier_offset, amplifier_limit, amplifier_dead_zone, input_delay, ammeter_offset, tacho_lag)
+CIRCUIT = _by_name(amplifier_offset, amplifier_limit, amplifier_dead_zone, input_delay, ammeter_offset)

@@ -10,6 +10,8 @@ import numpy as np
 
 from benchmarks.blind.motions import CONTROL
 
+TACHO_CONSTANT = 0.029  # V s/rad
+
 
 @dataclass(frozen=True)
 class Level:
