@@ -9,6 +9,7 @@ drawn by lot, so that those done so far are a fair sample.
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -16,11 +17,18 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from benchmarks.blind.cases import GROUPS, MACHINES, Case, all_cases
-from benchmarks.blind.report import write_report
+from benchmarks.blind.report import PLOT, write_report
 from benchmarks.blind.run import Setting, read_records, run_all
 from benchmarks.blind.sensors import LEVELS
 from benchmarks.blind.summary import scored
 from benchmarks.blind.tool import DIAGNOSE
+
+HEADER = """# Blind benchmark: results
+
+Written by `python -m benchmarks.blind --report-only --write docs/blind_results.md`; edits are lost. What is counted,
+and how, stands in [blind.md](blind.md).
+
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -35,8 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         setting = Setting(command, not options.no_oracle, options.limit)
         run_all(cases, records, setting, options.jobs, lambda text: print(text, file=sys.stderr, flush=True))
     wanted = {case.id for case in cases}
-    page = write_report(scored(r for r in read_records(records) if r["id"] in wanted), options.out, command)
-    print(page.read_text(encoding="utf-8"))
+    found = [record for record in read_records(records) if record["id"] in wanted]
+    if found:
+        command = tuple(found[0]["command"])
+    text = write_report(scored(found), options.out, command)
+    if options.write is not None:
+        options.write.write_text(HEADER + text, encoding="utf-8")
+        options.write.with_suffix(".svg").write_bytes((options.out / PLOT).read_bytes())
+    print(text)
 
 
 def chosen(
@@ -61,7 +75,9 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--groups", type=_one_of(GROUPS), default=[], metavar="A,B", help=", ".join(GROUPS))
     parser.add_argument("--cases", action="append", default=[], metavar="PATTERN", help="ids, with * for anything")
     parser.add_argument("--first", type=int, metavar="N", help="no more than N of them: a fair sample")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="cases at a time")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="cases at a time (all cores)"
+    )
     parser.add_argument("--limit", type=float, default=900.0, metavar="S", help="time for one answer in s (900)")
     parser.add_argument(
         "--tool", metavar="COMMAND", help="another tool, with {model} {training} {heldout} in its command"
@@ -69,6 +85,7 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--no-oracle", action="store_true", help="do not fit the true structure for comparison")
     parser.add_argument("--list", action="store_true", help="only list the ids")
     parser.add_argument("--report-only", action="store_true", help="only write the tables of the records there are")
+    parser.add_argument("--write", type=Path, metavar="FILE.md", help="also write the tables there, the plot beside it")
     return parser
 
 

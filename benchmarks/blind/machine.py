@@ -25,6 +25,7 @@ class Place:
     speed: float  # rad/s
     reach: float  # rad
     peak: float = 0.0  # N m: the most that the motion takes, of arms
+    centre: float = 0.0  # rad, of the motion
 
 
 @dataclass(frozen=True)

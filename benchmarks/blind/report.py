@@ -12,15 +12,17 @@ from benchmarks.blind.plot import confusion_svg
 from benchmarks.blind.sensors import LEVELS
 from benchmarks.blind.summary import MEASURES, Scored, Share, confusion, kinds, measures
 
+PLOT = "results.svg"
 
-def write_report(cases: Sequence[Scored], folder: Path, command: Sequence[str]) -> Path:
-    """``results.json``, ``results.md`` and ``confusion.svg`` in a folder; returns the Markdown."""
+
+def write_report(cases: Sequence[Scored], folder: Path, command: Sequence[str]) -> str:
+    """``results.json``, ``results.md`` and the plot in a folder; returns the Markdown."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "results.json").write_text(json.dumps(facts(cases), indent=1) + "\n", encoding="utf-8")
-    (folder / "confusion.svg").write_text(confusion_svg(confusion(cases)), encoding="utf-8")
-    page = folder / "results.md"
-    page.write_text(markdown(cases, command), encoding="utf-8")
-    return page
+    (folder / PLOT).write_text(confusion_svg(confusion(cases)), encoding="utf-8")
+    text = markdown(cases, command)
+    (folder / "results.md").write_text(text, encoding="utf-8")
+    return text
 
 
 def facts(cases: Sequence[Scored]) -> dict[str, Any]:
@@ -48,12 +50,33 @@ def markdown(cases: Sequence[Scored], command: Sequence[str]) -> str:
     for machine in sorted({case.machine for case in cases}):
         part = [case for case in cases if case.machine == machine]
         parts += [f"## {machine}", _score_table(part, [x for x in levels if any(c.level == x for c in part)])]
-    parts += ["## By kind of effect", _kind_table(cases), "## Null cases and time", _time_table(cases)]
-    return "\n\n".join(parts) + "\n"
+    parts += ["## By kind of effect", _kind_table(cases), "![confusion matrix](blind_results.svg)" if cases else ""]
+    parts += ["## Null cases and time", _time_table(cases), "## Answers that are not right", _wrong_table(cases)]
+    return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def _shown(command: Sequence[str]) -> str:
     return "symdyn " + " ".join(command[3:]) if "symdyn" in " ".join(command[:3]) else " ".join(command)
+
+
+def _wrong_table(cases: Sequence[Scored]) -> str:
+    """Case by case; "to find" and "left" are held-out errors over the oracle's, before and after."""
+    lines = ["| case | answer | to find | left |", "| --- | --- | ---: | ---: |"]
+    for case in cases:
+        one = case.score
+        right = all(effect.named and effect.placed for effect in one.effects) and not one.extra
+        fine = {"null": not one.alarm, "unknown": one.told}.get(case.group, right)
+        if not fine and one.answered:
+            labels = "; ".join(f"{effect.kind}: {effect.label}" for effect in one.effects)
+            more = f"; {one.extra} more" if one.extra else ""
+            lines.append(
+                f"| {case.id} | {labels or one.verdict}{more} | {_ratio(one.before)} | {_ratio(one.heldout)} |"
+            )
+    return "\n".join(lines)
+
+
+def _ratio(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
 
 
 def _score_table(cases: Sequence[Scored], levels: Sequence[str]) -> str:

@@ -36,6 +36,7 @@ def run_case(case: Case, setting: Setting) -> dict[str, Any]:
         "id": case.id,
         "machine": case.machine,
         "group": case.group,
+        "command": list(setting.command),
         "level": case.level,
         "seed": case.seed,
         "planted": [
@@ -54,7 +55,7 @@ def run_case(case: Case, setting: Setting) -> dict[str, Any]:
 def run_all(cases: Sequence[Case], folder: Path, setting: Setting, jobs: int, progress: Callable[[str], None]) -> None:
     """Every case whose record is not in ``folder`` yet, ``jobs`` at a time."""
     folder.mkdir(parents=True, exist_ok=True)
-    left = [case for case in cases if not _path(folder, case).exists()]
+    left = [case for case in cases if not _is_done(folder, case, setting)]
     progress(f"{len(cases)} cases, {len(cases) - len(left)} of them on disk")
     if jobs == 1:
         for count, case in enumerate(left, 1):
@@ -83,6 +84,12 @@ def _keep(folder: Path, case: Case, record: dict[str, Any]) -> str:
 
 def _said(answer: dict[str, Any]) -> str:
     return ", ".join(f"{f['effect']} at {f['place']}" for f in answer.get("findings", ())) or "nothing found"
+
+
+def _is_done(folder: Path, case: Case, setting: Setting) -> bool:
+    """Whether this tool's answer is on disk."""
+    path = _path(folder, case)
+    return path.exists() and json.loads(path.read_text(encoding="utf-8"))["command"] == list(setting.command)
 
 
 def _path(folder: Path, case: Case) -> Path:

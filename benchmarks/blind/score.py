@@ -37,7 +37,8 @@ class Score:
     extra: int  # findings beyond one for each planted effect
     alarm: bool  # anything but "complete"
     told: bool  # said that something is left without a name
-    heldout: float | None  # relative error after, over the oracle's
+    before: float | None  # held-out error of the model as given, refitted, over the oracle's: how much there is to find
+    heldout: float | None  # held-out error of the answer, over the oracle's
     seconds: float
 
     def to_json(self) -> dict[str, Any]:
@@ -50,7 +51,7 @@ def score(
     """``planted`` as in the record of a case; ``answer`` the tool's JSON, None where there is none."""
     if answer is None:
         effects = tuple(_missed(plant, NONE) for plant in planted)
-        return Score(False, NONE, effects, 0, False, False, None, seconds)
+        return Score(False, NONE, effects, 0, False, False, None, None, seconds)
     findings = list(answer.get("findings", []))
     verdict = str(answer.get("verdict", ""))
     matched = [_match(plant, findings) for plant in planted]
@@ -62,18 +63,14 @@ def score(
         for plant, match in zip(planted, matched, strict=True)
     )
     wrong = sum(match is None for match in matched)
-    after = answer.get("fit", {}).get("after", {}).get("heldout")
-    ratio = after / oracle if after is not None and oracle else None
-    return Score(
-        True,
-        verdict,
-        effects,
-        max(0, len(open_) - wrong),
-        verdict != "complete" or bool(findings),
-        structured,
-        ratio,
-        seconds,
-    )
+    before, after = (_over(answer.get("fit", {}).get(when, {}).get("heldout"), oracle) for when in ("before", "after"))
+    alarm = verdict != "complete" or bool(findings)
+    extra = max(0, len(open_) - wrong)
+    return Score(True, verdict, effects, extra, alarm, structured, before, after, seconds)
+
+
+def _over(error: float | None, oracle: float | None) -> float | None:
+    return error / oracle if error is not None and oracle else None
 
 
 def _places(finding: Mapping[str, Any]) -> set[str]:

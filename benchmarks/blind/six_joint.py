@@ -44,8 +44,8 @@ JOINTS = tuple(f"j{i}" for i in range(1, 7))
 _FORCES = (6.0, 10.0, 4.5, 0.6, 0.5, 0.35)
 _PEAKS = (50.0, 72.0, 21.0, 3.4, 3.1, 2.8)
 PLACES = tuple(
-    Place(joint, "joint", force, 1.6 * float(reach), float(reach), peak)
-    for joint, force, reach, peak in zip(JOINTS, _FORCES, REACH, _PEAKS, strict=True)
+    Place(joint, "joint", force, 1.6 * float(reach), float(reach), peak, float(centre))
+    for joint, force, reach, peak, centre in zip(JOINTS, _FORCES, REACH, _PEAKS, CENTRE, strict=True)
 )
 
 

@@ -26,7 +26,7 @@ def eddy_current_peak(rng: np.random.Generator, place: Place) -> Planted:
 def sticky_spot(rng: np.random.Generator, place: Place) -> Planted:
     """Dry friction in a narrow range of angles."""
     level, width = 2.5 * place.force * rng.uniform(0.8, 1.5), 0.15 * place.reach
-    angle = CENTRES.get(place.address, 0.0) + place.reach * rng.uniform(-0.4, 0.4)
+    angle = place.centre + place.reach * rng.uniform(-0.4, 0.4)
     return Planted("sticky_spot", place.address, {"sticky_level": level, "sticky_angle": angle, "sticky_width": width})
 
 
@@ -58,8 +58,6 @@ def hum(rng: np.random.Generator, place: Place) -> Planted:
     row = {"hum": 1.5 * place.force * rng.uniform(0.8, 1.5), "hum_frequency": rng.uniform(0.6, 2.5)}
     return Planted("hum", place.address, row)
 
-
-CENTRES = {"j1": -0.8, "j2": 0.3}  # of the motion of the two-link arm
 
 UNKNOWN: dict[str, Draw] = {
     draw.__name__: draw

@@ -50,8 +50,8 @@ def test_a_run_goes_on_where_it_was(tmp_path: Path) -> None:
     assert (tmp_path / f"{cases[0].id}.json").stat().st_mtime_ns == before
     assert "2 cases, 1 of them on disk" in told
     assert {record["id"] for record in read_records(tmp_path)} == {case.id for case in cases}
-    svg = confusion_svg(confusion(scored(read_records(tmp_path))))
-    assert svg == confusion_svg(confusion(scored(read_records(tmp_path))))
+    before = confusion_svg(confusion(scored(read_records(tmp_path))))
+    assert before == confusion_svg(confusion(scored(read_records(tmp_path))))
 
 
 def test_a_tool_that_fails_or_hangs_is_no_answer() -> None:
