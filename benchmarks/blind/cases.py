@@ -47,6 +47,9 @@ _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, an
 }
 # On a wrist the centre of mass and the inertia of the motor take up what unbalance and added inertia would show.
 _SIX = tuple(k for k in MOVING if k not in ("added_inertia", "unbalance")) + tuple(ARM)
+# What shows in the weight of the arm alone is concealed where there is some.
+_LOADED = ("encoder_offset", "encoder_gain", "load_dependent", "effort_limit")
+_SIX_AT = {kind: ("j2", "j3") if kind in _LOADED else tuple(f"j{i}" for i in range(1, 7)) for kind in _SIX}
 
 
 @dataclass(frozen=True)
@@ -112,8 +115,8 @@ def _singles() -> Iterator[Case]:
             for (machine, place), kinds in _KINDS.items():
                 for kind in kinds:
                     yield Case(machine, "single", ((kind, place),), level, seed)
-            for turn, kind in enumerate(_SIX):
-                yield Case("six-joint", "single", ((kind, f"j{1 + (turn + seed) % 6}"),), level, seed)
+            for turn, (kind, places) in enumerate(_SIX_AT.items()):
+                yield Case("six-joint", "single", ((kind, places[(turn + seed) % len(places)]),), level, seed)
 
 
 def _pairs() -> Iterator[Case]:
@@ -126,7 +129,7 @@ def _two(machine: str, level: str, seed: int) -> tuple[tuple[str, str], ...]:
     """Two effects of different kinds; at one place only where neither takes the other's friction away."""
     rng = rng_of("pair", machine, level, seed)
     if machine == "six-joint":
-        open_ = [(kind, f"j{i}") for kind in _SIX for i in range(1, 7)]
+        open_ = [(kind, place) for kind, places in _SIX_AT.items() for place in places]
     else:
         open_ = [(kind, place) for (name, place), kinds in _KINDS.items() for kind in kinds if name == machine]
     while True:

@@ -39,7 +39,7 @@ def late_channel(rng: np.random.Generator, place: Place) -> Planted:
 
 def effort_limit(rng: np.random.Generator, place: Place) -> Planted:
     """The recorded effort is what the controller asked for; the drive gives no more than a limit."""
-    limit = place.peak * rng.uniform(0.75, 0.9)
+    limit = place.peak * rng.uniform(0.68, 0.78)
     return Planted(
         "effort_limit", place.address, plant={"effort_limit": limit}, forms=({"effort_saturation": {"limit": limit}},)
     )

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 CONTROL = 1e-3  # s: the sample time of every controller
+WIND_UP = 0.02  # rad: beyond this error a controller of an arm does not integrate
 HARMONICS = ((1, 2, 3, 5, 7), (1, 2, 4, 5, 8))  # of the training run, of the held-out run
 FUNDAMENTAL = (0.1, 0.085)  # Hz
 

@@ -1,8 +1,9 @@
 """The six-joint arm: a plant in MuJoCo with generalised forces of our own, and the model of it that is handed over.
 
-Geometry and masses of a Puma 560 (Armstrong, Khatib, Burdick 1986), the moments of link 3 made those of a body; motors
-of reflected inertia, viscous and dry friction at every joint. MuJoCo integrates the arm, its armature and its dry
-friction, whose level is set at every step; all other laws are those of ``laws``, applied as generalised forces.
+Geometry and masses of a Puma 560 (Armstrong, Khatib, Burdick 1986), its moments of inertia made rounder, so that those
+of every draw are a body's; motors of reflected inertia, viscous and dry friction at every joint. MuJoCo integrates the
+arm, its armature and its dry friction, whose level is set at every step; all other laws are those of ``laws``, applied
+as generalised forces.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numba import njit
 
 from benchmarks.blind import laws
 from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
-from benchmarks.blind.motions import CONTROL, multisine
+from benchmarks.blind.motions import CONTROL, WIND_UP, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
 
@@ -30,8 +31,8 @@ DH = (  # d, a, alpha (standard)
 MASS = (0.0, 17.4, 4.8, 0.82, 0.34, 0.09)
 COM = ((0, 0, 0), (-0.3638, 0.006, 0.2275), (-0.0203, -0.0141, 0.07), (0, 0.019, 0), (0, 0, 0), (0, 0, 0.032))
 INERTIA = (  # xx, yy, zz about the centre of mass, in the frame of the link
-    (0.0, 0.35, 0.0), (0.13, 0.524, 0.539), (0.066, 0.075, 0.0125), (1.8e-3, 1.3e-3, 1.8e-3), (3e-4, 4e-4, 3e-4),
-    (1.5e-4, 1.5e-4, 4e-5),
+    (0.0, 0.35, 0.0), (0.25, 0.5, 0.5), (0.05, 0.05, 0.03), (1.8e-3, 1.3e-3, 1.8e-3), (3e-4, 4e-4, 3e-4),
+    (1.5e-4, 1.5e-4, 8e-5),
 )  # fmt: skip
 ARMATURE = (0.78, 2.32, 0.58, 0.19, 0.17, 0.19)
 VISCOUS = (5.8, 9.5, 4.0, 0.41, 0.43, 0.22)
@@ -188,7 +189,7 @@ def _simulate(
         mujoco.mj_fwdPosition(model, guess)
         mujoco.mj_fwdVelocity(model, guess)
         error = x[k] - seen
-        total += ki * error * CONTROL
+        total += ki * np.where(np.abs(error) < WIND_UP, error, 0.0) * CONTROL
         torque = kp * error + kd * (v[k] - filtered) + total + 0.85 * guess.qfrc_bias
         angles[k], torques[k] = seen, 0.5 * (torque + (torque if before is None else before))
         before = torque

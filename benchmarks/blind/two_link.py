@@ -15,7 +15,7 @@ from numba import njit
 
 from benchmarks.blind import laws
 from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
-from benchmarks.blind.motions import CONTROL, multisine
+from benchmarks.blind.motions import CONTROL, WIND_UP, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
 
@@ -113,7 +113,8 @@ def _simulate(body, p, limit, gravity, reference, speeds, noise, steps):
             seen = q[i] + noise[k, i]
             filtered[i] += 0.25 * ((seen - last[i]) / CONTROL - filtered[i])
             error = reference[k, i] - seen
-            total[i] += ki[i] * error * CONTROL
+            if abs(error) < WIND_UP:
+                total[i] += ki[i] * error * CONTROL
             torque[i] = kp[i] * error + total[i] + kd[i] * (speeds[k, i] - filtered[i]) + 0.85 * guess[i]
             angles[k, i], last[i] = seen, seen
             torques[k, i] = 0.5 * (torque[i] + (before[i] if k > 0 else torque[i]))
