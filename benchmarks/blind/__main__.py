@@ -1,0 +1,103 @@
+"""The blind benchmark: plants the tool cannot see, questions, scores.
+
+python -m benchmarks.blind [--machines two-link,..] [--level middle] [--cases 'PATTERN'] [--first N] [--jobs N]
+
+Records stand one per case in the output folder; a run that was stopped goes on where it was. Cases come in an order
+drawn by lot, so that those done so far are a fair sample.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from benchmarks.blind.cases import GROUPS, MACHINES, Case, all_cases
+from benchmarks.blind.report import PLOT, write_report
+from benchmarks.blind.run import Setting, read_records, run_all
+from benchmarks.blind.sensors import LEVELS
+from benchmarks.blind.summary import scored
+from benchmarks.blind.tool import DIAGNOSE
+
+HEADER = """# Blind benchmark: results
+
+Written by `python -m benchmarks.blind --report-only --write docs/blind_results.md`; edits are lost. What is counted,
+and how, stands in [blind.md](blind.md).
+
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    options = _options().parse_args(arguments)
+    cases = chosen(options.machines, options.level, options.groups, options.cases)[: options.first]
+    if options.list:
+        print("\n".join(case.id for case in cases))
+        return
+    records = options.out / "cases"
+    command = tuple(shlex.split(options.tool)) if options.tool else DIAGNOSE
+    if not options.report_only:
+        setting = Setting(command, not options.no_oracle, options.limit)
+        run_all(cases, records, setting, options.jobs, lambda text: print(text, file=sys.stderr, flush=True))
+    wanted = {case.id for case in cases}
+    found = [record for record in read_records(records) if record["id"] in wanted]
+    if found:
+        command = tuple(found[0]["command"])
+    text = write_report(scored(found), options.out, command)
+    if options.write is not None:
+        options.write.write_text(HEADER + text, encoding="utf-8")
+        options.write.with_suffix(".svg").write_bytes((options.out / PLOT).read_bytes())
+    print(text)
+
+
+def chosen(
+    machines: Sequence[str], levels: Sequence[str], groups: Sequence[str], patterns: Sequence[str]
+) -> list[Case]:
+    """The cases of the machines, levels and groups whose id fits one of the patterns; none given: all."""
+    return [
+        case
+        for case in all_cases()
+        if (not machines or case.machine in machines)
+        and (not levels or case.level in levels)
+        and (not groups or case.group in groups)
+        and (not patterns or any(fnmatchcase(case.id, pattern) for pattern in patterns))
+    ]
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.blind", description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("out/blind"), metavar="FOLDER", help="default: out/blind")
+    parser.add_argument("--machines", type=_one_of(MACHINES), default=[], metavar="A,B", help=", ".join(MACHINES))
+    parser.add_argument("--level", type=_one_of(LEVELS), default=[], metavar="A,B", help="noise: " + ", ".join(LEVELS))
+    parser.add_argument("--groups", type=_one_of(GROUPS), default=[], metavar="A,B", help=", ".join(GROUPS))
+    parser.add_argument("--cases", action="append", default=[], metavar="PATTERN", help="ids, with * for anything")
+    parser.add_argument("--first", type=int, metavar="N", help="no more than N of them: a fair sample")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="cases at a time (all cores)"
+    )
+    parser.add_argument("--limit", type=float, default=900.0, metavar="S", help="time for one answer in s (900)")
+    parser.add_argument(
+        "--tool", metavar="COMMAND", help="another tool, with {model} {training} {heldout} in its command"
+    )
+    parser.add_argument("--no-oracle", action="store_true", help="do not fit the true structure for comparison")
+    parser.add_argument("--list", action="store_true", help="only list the ids")
+    parser.add_argument("--report-only", action="store_true", help="only write the tables of the records there are")
+    parser.add_argument("--write", type=Path, metavar="FILE.md", help="also write the tables there, the plot beside it")
+    return parser
+
+
+def _one_of(allowed: Sequence[str]) -> object:
+    def read(text: str) -> list[str]:
+        words = text.split(",")
+        if unknown := [word for word in words if word not in allowed]:
+            raise argparse.ArgumentTypeError(f"no such: {', '.join(unknown)}; there are {', '.join(allowed)}")
+        return words
+
+    return read
+
+
+if __name__ == "__main__":
+    main()

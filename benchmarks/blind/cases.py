@@ -1,0 +1,165 @@
+"""The cases of the benchmark: which machine, what is concealed where, how good the sensors are; all drawn by seed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+from benchmarks.blind.drive import RigidDrive, SeedDrive
+from benchmarks.blind.effects import MOVING, Draw
+from benchmarks.blind.faults import ARM, CIRCUIT, MISSING_SHAFT, SHAFT, TACHO, WHOLE
+from benchmarks.blind.machine import Machine
+from benchmarks.blind.motions import rng_of
+from benchmarks.blind.planting import Planted
+from benchmarks.blind.sensors import LEVELS
+from benchmarks.blind.six_joint import SixJoint
+from benchmarks.blind.two_link import TwoLink
+from benchmarks.blind.unknown import UNKNOWN
+
+MACHINES: Mapping[str, Machine] = {m.name: m for m in (TwoLink(), SixJoint(), RigidDrive(), SeedDrive())}
+DRAWS: Mapping[str, Draw] = {**MOVING, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **TACHO, **UNKNOWN}
+OFF = 0.3  # the largest relative error of a parameter that is handed over
+SPREAD = 0.15  # of the true ones, from case to case
+NULLS = {"two-link": 80, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50}  # at the middle level
+PAIRS = {"two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16}
+GROUPS = ("null", "single", "pair", "unknown")
+
+_ARM_ONLY = ("counterbalance", "load_dependent")
+_KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, and told, at a place
+    # The inertia of joint 1 takes up what is added to it; on link 2 gravity does not turn with the joint's angle.
+    ("two-link", "j1"): tuple(k for k in MOVING if k != "added_inertia") + tuple(ARM),
+    ("two-link", "j2"): tuple(k for k in MOVING if k != "unbalance") + tuple(ARM),
+    ("two-link", ""): tuple(WHOLE),
+    ("six-joint", ""): tuple(WHOLE),
+    ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)) + tuple(TACHO),
+    ("rigid-drive", "j1.shaft"): tuple(MISSING_SHAFT),
+    ("rigid-drive", "j1.circuit"): tuple(CIRCUIT),
+    ("seed-drive", "j1.motor"): tuple(
+        k for k in MOVING if k not in ("added_inertia", "unbalance", "warm_up", *_ARM_ONLY)
+    ),
+    ("seed-drive", "j1"): tuple(k for k in MOVING if k not in ("added_inertia", "viscous", *_ARM_ONLY)),
+    ("seed-drive", "j1.tacho"): tuple(TACHO),
+    ("seed-drive", "j1.shaft3"): tuple(SHAFT),
+    ("seed-drive", "j1.circuit"): tuple(CIRCUIT),
+}
+# On a wrist the centre of mass and the inertia of the motor take up what unbalance and added inertia would show.
+_SIX = tuple(k for k in MOVING if k not in ("added_inertia", "unbalance")) + tuple(ARM)
+# What shows in the weight of the arm alone is concealed where there is some.
+_LOADED = ("encoder_offset", "encoder_gain", "load_dependent", "effort_limit")
+_SIX_AT = {kind: ("j2", "j3") if kind in _LOADED else tuple(f"j{i}" for i in range(1, 7)) for kind in _SIX}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One question to the tool; ``kinds`` are (kind of effect, place)."""
+
+    machine: str
+    group: str
+    kinds: tuple[tuple[str, str], ...]
+    level: str
+    seed: int
+
+    @property
+    def id(self) -> str:
+        what = "+".join(f"{kind}@{place}" if place else kind for kind, place in self.kinds) or "nothing"
+        return f"{self.machine}_{self.group}_{what}_{self.level}_{self.seed}"
+
+    @property
+    def lot(self) -> str:
+        """By this the cases are put in order: any that are done first are a fair sample of all."""
+        return hashlib.sha256(self.id.encode()).hexdigest()
+
+    @cached_property
+    def planted(self) -> tuple[Planted, ...]:
+        machine = MACHINES[self.machine]
+        found = []
+        for kind, address in self.kinds:
+            place = machine.place(address) if address else machine.places[0]
+            found.append(DRAWS[kind](rng_of("size", kind, address, self.machine, self.seed), place))
+        return tuple(found)
+
+    @cached_property
+    def true(self) -> dict[str, float]:
+        """The parameters of the plant."""
+        rng = rng_of("true", self.machine, self.group, self.kinds, self.seed)
+        nominal = MACHINES[self.machine].truth
+        return {name: value * rng.uniform(1 - SPREAD, 1 + SPREAD) for name, (value, _) in nominal.items()}
+
+    @cached_property
+    def given(self) -> dict[str, float]:
+        """The parameters that are handed over."""
+        rng = rng_of("given", self.machine, self.group, self.kinds, self.seed)
+        return {name: value * rng.uniform(1 - OFF, 1 + OFF) for name, value in self.true.items()}
+
+
+def all_cases() -> list[Case]:
+    """Every case, in the order in which they are run."""
+    found = [*_nulls(), *_singles(), *_pairs(), *_unknowns()]
+    assert len({case.id for case in found}) == len(found)
+    return sorted(found, key=lambda case: case.lot)
+
+
+def _nulls() -> Iterator[Case]:
+    for machine, count in NULLS.items():
+        for level in LEVELS:
+            for seed in range(count if level == "middle" else count // 5):
+                yield Case(machine, "null", (), level, seed)
+
+
+def _singles() -> Iterator[Case]:
+    for level in LEVELS:
+        for seed in range(2 if level == "middle" else 1):
+            for (machine, place), kinds in _KINDS.items():
+                for kind in kinds:
+                    yield Case(machine, "single", ((kind, place),), level, seed)
+            for turn, (kind, places) in enumerate(_SIX_AT.items()):
+                yield Case("six-joint", "single", ((kind, places[(turn + seed) % len(places)]),), level, seed)
+
+
+def _pairs() -> Iterator[Case]:
+    for (machine, count), level in product(PAIRS.items(), LEVELS):
+        for seed in range(count if level == "middle" else count // 4):
+            yield Case(machine, "pair", _two(machine, level, seed), level, seed)
+
+
+def _two(machine: str, level: str, seed: int) -> tuple[tuple[str, str], ...]:
+    """Two effects of different kinds; at one place only where neither takes the other's friction away."""
+    rng = rng_of("pair", machine, level, seed)
+    if machine == "six-joint":
+        open_ = [(kind, place) for kind, places in _SIX_AT.items() for place in places]
+    else:
+        open_ = [(kind, place) for (name, place), kinds in _KINDS.items() for kind in kinds if name == machine]
+    while True:
+        first, second = (open_[i] for i in rng.choice(len(open_), 2, replace=False))
+        planted = Case(machine, "pair", (first, second), level, seed).planted
+        clash = {plant.replaces for plant in planted} if first[1] == second[1] else set()
+        if first[0] != second[0] and (len(clash) != 1 or clash == {""}):
+            return first, second
+
+
+def _unknowns() -> Iterator[Case]:
+    places = {"two-link": ("j1", "j2"), "six-joint": (), "rigid-drive": ("j1.motor",), "seed-drive": ("j1.motor",)}
+    for (machine, fixed), level, kind in product(places.items(), LEVELS, UNKNOWN):
+        turn = list(UNKNOWN).index(kind)
+        for place in fixed or (f"j{1 + turn % 6}",):
+            yield Case(machine, "unknown", ((kind, place),), level, 0)
+
+
+def recordings(case: Case) -> tuple[str, str]:
+    """The training and the held-out run as CSV."""
+    machine = MACHINES[case.machine]
+    train, judge = (machine.record(case.planted, case.true, run, case.level, case.seed) for run in (0, 1))
+    return train.csv(), judge.csv()
+
+
+def model(case: Case) -> str:
+    """The robot.toml that is handed over."""
+    return MACHINES[case.machine].model(case.given, case.planted, case.seed)
+
+
+def oracle_model(case: Case) -> str:
+    """The robot.toml of one that knows the truth: what was planted is in it, every number is the true one."""
+    return MACHINES[case.machine].model(case.true, case.planted, case.seed, form=True)

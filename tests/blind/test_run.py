@@ -1,0 +1,83 @@
+"""Runs: the tool sees three files and no truth, a record per case, what is on disk is not run again."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.blind.__main__ import chosen, main
+from benchmarks.blind.cases import all_cases
+from benchmarks.blind.plot import confusion_svg
+from benchmarks.blind.run import Setting, read_records, run_all
+from benchmarks.blind.summary import confusion, scored
+from benchmarks.blind.tool import DIAGNOSE, ask
+
+FAKE = """
+import json, os, sys
+files = {name: open(name).read() for name in sorted(os.listdir("."))}
+print(json.dumps({"verdict": "complete", "findings": [], "files": files, "arguments": sys.argv[1:]}))
+"""
+CASE = "two-link_single_coulomb@j1_middle_0"
+
+
+def command(script: str) -> tuple[str, ...]:
+    return (sys.executable, "-c", script, "{model}", "{training}", "--holdout", "{heldout}")
+
+
+def test_the_tool_sees_the_model_and_two_recordings_alone(tmp_path: Path) -> None:
+    (case,) = chosen([], [], [], [CASE])
+    run_all([case], tmp_path, Setting(command(FAKE), False, 60.0), 1, lambda _: None)
+    (record,) = read_records(tmp_path)
+    seen = record["answer"]["files"]
+    assert set(seen) == {"model.toml", "a.csv", "b.csv"}
+    assert record["answer"]["arguments"] == ["model.toml", "a.csv", "--holdout", "b.csv"]
+    assert all("coulomb" not in text for text in seen.values())
+    assert seen["a.csv"] != seen["b.csv"]
+    assert seen["a.csv"].splitlines()[0] == "t,x1,y1,x2,y2"
+    assert len(seen["a.csv"].splitlines()) == 1 + 20 * 500
+    assert record["planted"][0]["forms"][0]["coulomb_friction"]["level"] > 0
+
+
+def test_a_run_goes_on_where_it_was(tmp_path: Path) -> None:
+    cases = chosen(["two-link"], ["high"], ["null"], [])[:2]
+    setting, told = Setting(command(FAKE), False, 60.0), []
+    run_all(cases[:1], tmp_path, setting, 1, told.append)
+    before = next(tmp_path.iterdir()).stat().st_mtime_ns
+    run_all(cases, tmp_path, setting, 1, told.append)
+    assert (tmp_path / f"{cases[0].id}.json").stat().st_mtime_ns == before
+    assert "2 cases, 1 of them on disk" in told
+    assert {record["id"] for record in read_records(tmp_path)} == {case.id for case in cases}
+    before = confusion_svg(confusion(scored(read_records(tmp_path))))
+    assert before == confusion_svg(confusion(scored(read_records(tmp_path))))
+
+
+def test_a_tool_that_fails_or_hangs_is_no_answer() -> None:
+    broken = ask(command("import sys; sys.exit('error: cannot')"), "", "", "", 60.0)
+    assert (broken.facts, broken.error) == (None, "error: cannot")
+    assert ask(command("print('[]')"), "", "", "", 60.0).error == "the answer is no JSON object"
+    assert ask(command("import time; time.sleep(30)"), "", "", "", 0.5).error.startswith("no answer")
+
+
+def test_the_command_line_lists_and_reports(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["--list", "--machines", "two-link,seed-drive", "--level", "low", "--groups", "unknown"])
+    listed = capsys.readouterr().out.split()
+    assert len(listed) == 21
+    assert set(listed) < {case.id for case in all_cases()}
+    main(["--cases", CASE, "--report-only", "--out", str(tmp_path)])
+    assert capsys.readouterr().out.startswith("0 cases")
+    assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["cases"] == []
+    with pytest.raises(SystemExit):
+        main(["--machines", "tractor"])
+
+
+@pytest.mark.slow
+def test_symdyn_names_coulomb_friction_on_a_plant_it_cannot_see(tmp_path: Path) -> None:
+    (case,) = chosen([], [], [], [CASE])
+    run_all([case], tmp_path, Setting(DIAGNOSE, True, 600.0), 1, lambda _: None)
+    (one,) = scored(read_records(tmp_path))
+    (effect,) = one.score.effects
+    assert (effect.named, effect.placed) == (True, True)
+    assert one.score.heldout == pytest.approx(1.0, abs=0.1)
