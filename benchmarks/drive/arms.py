@@ -1,12 +1,7 @@
-"""Arms with drives, simulated with located events: ``python -m benchmarks.drive.arms``.
-
-Thread CPU time of one run after compilation, best of five; errors are the largest of all states over all reported
-points, each over the largest size of its state, against DOP853 at 1e-10 with events.
-"""
+"""Arms with drives, simulated with located events: the IRb6's with two whole drives, and the Puma 560."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -16,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from benchmarks.drive.event_solver import EventSolver
+from benchmarks.drive.measure import Row, error, measured, thread_time
 from symdyn.compiler import compile_hybrid, compile_robot, load_robot
 from symdyn.numeric.hybrid.general_simulation import simulate_general
 from symdyn.numeric.hybrid.machine import Machine
@@ -27,42 +23,28 @@ CASES: dict[str, tuple[list[Signal], float]] = {
     "step": ([step(1.0), step(1.0)], 1.0),
     "sine": ([sine(1.0, 0.2), sine(1.0, 0.2)], 5.0),
 }
-PEERS = {"step": ("LSODA", "RK45", "DOP853"), "sine": ("LSODA",)}
+PEERS: dict[str, tuple[tuple[str, float], ...]] = {
+    "step": (("RK45", 1e-7), ("DOP853", 3e-9), ("LSODA", 3e-8)),
+    "sine": (),
+}
+TOLERANCES = (1e-6, 2e-7, 1e-8)
+POINTS = 1001
 ROUNDS = 5
 PERIOD = 1e-3
 AMPLITUDES, OMEGAS = np.array([0.6, 0.5, 0.7, 0.8, 0.6, 1.0]), np.array([2.0, 2.6, 3.1, 3.7, 4.3, 4.9])
-
-
-def cpu(run: Callable[[], object]) -> float:
-    best = np.inf
-    for _ in range(ROUNDS):
-        start = time.thread_time()
-        run()
-        best = min(best, time.thread_time() - start)
-    return best
-
-
-def error(found: Array, reference: Array) -> float:
-    return float((np.abs(found - reference).max(axis=0) / np.abs(reference).max(axis=0)).max())
 
 
 def driven_arm() -> Machine:
     return Machine(compile_hybrid(load_robot("irb6-arm-drives")))
 
 
-def arm_with_scipy(machine: Machine, case: str, method: str, tolerance: float, points: int = 1001) -> tuple[Array, int]:
-    """States at evenly spaced times, and the number of events."""
+def arm_with_scipy(machine: Machine, case: str, method: str, tolerance: float) -> tuple[Array, int]:
+    """States at evenly spaced times, and the number of events, with inputs as they are at first."""
     signals, end = CASES[case]
 
-    def u(t: float) -> Array:
-        return np.array([float(s.at(np.array(t))) for s in signals])
-
-    if case == "step":
-        held = u(0.0)
-        solver = EventSolver(machine.kernel.module, lambda t: held, method, tolerance)
-    else:
-        solver = EventSolver(machine.kernel.module, u, method, tolerance)
-    return solver.travel(np.zeros(len(machine.kernel.states)), np.linspace(0.0, end, points)), solver.events
+    held = np.array([float(s.at(np.array(0.0))) for s in signals])
+    solver = EventSolver(machine.kernel.module, lambda t: held, method, tolerance)
+    return solver.travel(np.zeros(len(machine.kernel.states)), np.linspace(0.0, end, POINTS)), solver.events
 
 
 @njit  # type: ignore[untyped-decorator]
@@ -122,37 +104,39 @@ def loop_with_scipy(machine: Machine, inverse: Any, seconds: float, method: str,
     return np.array(states)
 
 
-def main() -> None:
-    machine = driven_arm()
-    for case, (signals, end) in CASES.items():
-        times = np.linspace(0.0, end, 1001)
-        reference, events = arm_with_scipy(machine, case, "DOP853", 1e-10)
-        print(f"IRb6 arm with two drives, 18 states, {case}, {end:g} s, {events} events", flush=True)
-        for tolerance in (1e-6, 1e-7, 1e-8):
-            run = partial(simulate_general, machine, times, signals, tolerance=tolerance)
-            spent, found = cpu(run), run()
-            off, count = error(found.states, reference), len(found.events)
-            print(
-                f"  symdyn {tolerance:.0e}: error {off:.1e}, {count} events, {end / spent:.0f} x real time", flush=True
-            )
-        for method in PEERS[case]:
-            begun = time.thread_time()
-            states, count = arm_with_scipy(machine, case, method, 1e-7)
-            spent = time.thread_time() - begun
-            off = error(states, reference)
-            print(f"  scipy {method} 1e-07: error {off:.1e}, {count} events, {end / spent:.2g} x real time", flush=True)
-    puma, loop, inverse = computed_torque_loop()
-    exact = loop_with_scipy(puma, inverse, 0.5, "DOP853", 1e-10)
-    print("Puma 560, six drives with friction, computed torque at 1 kHz")
+def arm_rows(case: str) -> list[Row]:
+    """Ours first, the peers behind them; see ``arm_reference``."""
+    machine, (signals, end) = driven_arm(), CASES[case]
+    times, reference = np.linspace(0.0, end, POINTS), arm_reference(machine, case)
+
+    def ours(tolerance: float) -> tuple[Array, int]:
+        found = simulate_general(machine, times, signals, tolerance=tolerance)
+        return found.states, len(found.events)
+
+    rows = [measured(f"symdyn, {t:g}", partial(ours, t), reference, end, ROUNDS) for t in TOLERANCES]
+    for method, tolerance in PEERS[case]:
+        run = partial(arm_with_scipy, machine, case, method, tolerance)
+        rows.append(measured(f"scipy {method}, {tolerance:g}", run, reference, end, 0))
+    return rows
+
+
+def arm_reference(machine: Machine, case: str) -> Array:
+    """DOP853 at 1e-10 with events for the step; of the longer sine our own method at 1e-12."""
+    signals, end = CASES[case]
+    if case == "step":
+        return arm_with_scipy(machine, case, "DOP853", 1e-10)[0]
+    return simulate_general(machine, np.linspace(0.0, end, POINTS), signals, tolerance=1e-12).states
+
+
+def computed_torque_rows() -> list[Row]:
+    """The first half second against DOP853 at 1e-10, the speed over 5 s."""
+    machine, loop, inverse = computed_torque_loop()
+    exact = loop_with_scipy(machine, inverse, 0.5, "DOP853", 1e-10)
+    rows = []
     for tolerance in (1e-6, 1e-8):
         tally = np.zeros(5, np.int64)
         found = loop(5.0, tolerance, tally)
-        spent = cpu(lambda tolerance=tolerance: loop(5.0, tolerance, np.zeros(5, np.int64)))
-        off = error(found[: len(exact)], exact)
-        print(
-            f"  symdyn {tolerance:.0e}: error {off:.1e}, {tally[0]} events, {5.0 / spent:.0f} x real time", flush=True
-        )
-
-
-if __name__ == "__main__":
-    main()
+        run = partial(loop, 5.0, tolerance, np.zeros(5, np.int64))
+        spent = min(thread_time(run) for _ in range(ROUNDS))
+        rows.append(Row(f"symdyn, {tolerance:g}", error(found[: len(exact)], exact), int(tally[0]), 5.0 / spent))
+    return rows

@@ -32,7 +32,7 @@ class EventSolver:
         self.begin(t, x)
         while t < end:
             count = self._watch(t, x)
-            watching = [self._guard(g) for g in range(count)]
+            watching = [self._guard(g, count) for g in range(count)]
             found = solve_ivp(
                 self._rate, (t, end), x, self.method, rtol=self.tolerance, atol=1e-3 * self.tolerance, events=watching,
                 dense_output=True,
@@ -57,47 +57,51 @@ class EventSolver:
         self.module.begin(x, self.u(t), self.switches)
 
     def _rate(self, t: float, x: Array) -> Array:
-        s, share, matrix, sticks, friction, *_ = self.work
+        s, terms, matrix, sticks, friction = self.work[:5]
         levers = self.work[14]
-        self.module._rate(x, self.u(t), s, self.switches, levers, sticks, friction, share, matrix, False, self.out)
+        self.module._rate(x, self.u(t), s, self.switches, levers, sticks, friction, terms, matrix, False, self.out)
         return self.out.copy()
 
     def _watch(self, t: float, x: Array) -> int:
         """Guards of the mode at x; also makes ready what the mode needs."""
-        s, share, matrix, sticks, friction, _, values, limits, _, owner, target = self.work[:11]
+        s, terms, matrix, sticks, friction, _, plan, weights, _, owner, target = self.work[:11]
         levers, u, module = self.work[14], self.u(t), self.module
         module._modes(self.switches, s)
         module.guards_state_jacobian_into(x, u, s, levers)
-        module._rate(x, u, s, self.switches, levers, sticks, friction, share, matrix, True, self.out)
-        return int(module._watch(x, u, s, self.switches, share, values, limits, self.guards, owner, target))
+        module._rate(x, u, s, self.switches, levers, sticks, friction, terms, matrix, True, self.out)
+        count = int(module._plan(self.switches, owner, target, plan, weights))
+        module._watch(x, u, s, terms, plan, weights, count, self.guards)
+        return count
 
     def _watched(self, t: float, x: Array) -> Array:
         count = self._watch(t, x)
         return self.guards[:count]
 
-    def _guard(self, g: int) -> Callable[[float, Array], float]:
-        s, share, matrix, sticks, friction, _, values, limits, _, owner, target = self.work[:11]
+    def _guard(self, g: int, count: int) -> Callable[[float, Array], float]:
+        s, terms, matrix, sticks, friction, _, plan, weights = self.work[:8]
         levers, module, spare = self.work[14], self.module, np.zeros(self.module.NX)
 
         def value(t: float, x: Array) -> float:
             u = self.u(t)
             if sticks[module.NF]:
-                module._rate(x, u, s, self.switches, levers, sticks, friction, share, matrix, False, spare)
-            module._watch(x, u, s, self.switches, share, values, limits, self.guards, owner, target)
+                module._rate(x, u, s, self.switches, levers, sticks, friction, terms, matrix, False, spare)
+            module._watch(x, u, s, terms, plan, weights, count, self.guards)
             return float(self.guards[g])
 
         value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
         return value
 
     def _switch(self, t: float, x: Array, fired: list[int]) -> None:
-        s, share, matrix, sticks, friction, _, values, limits, _, owner, target, k, _, _, levers, resting, _ = self.work
+        s, terms, matrix, sticks, friction, _, plan, weights, _, owner, target, _, _, _, levers, resting, spare = (
+            self.work
+        )
         module, u = self.module, self.u(t)
         count = self._watch(t, x)
         self.guards[fired] = -1e-9  # reached, within rounding
         self.tally[0] = 0
         status = module._switch(
-            x, u, s, self.switches, levers, sticks, friction, share, matrix, values, limits, self.guards, owner, target,
-            count, k[0], t, self.rows, self.tally, resting,
+            x, u, s, self.switches, levers, sticks, friction, terms, matrix, plan, weights, self.guards, owner, target,
+            count, spare, t, self.rows, self.tally, resting,
         )  # fmt: skip
         if status != module.DONE:
             raise ArithmeticError(f"switches do not settle at {t} s")

@@ -68,7 +68,7 @@ def solve(
             break
         fired = next(k for k, times in enumerate(found.t_events) if len(times))
         t, x = float(found.t_events[fired][0]), found.y_events[fired][0].copy()
-        mode = _next(events[fired][1], x, mode, reference(t))
+        mode = next_mode(events[fired][1], x, mode, reference(t))
         if mode.friction == 0 or events[fired][1] == "speed":
             x[5] = 0.0
         entered.append((t, mode))
@@ -100,7 +100,8 @@ def _events(mode: Mode, reference: Callable[[float], float]) -> list[tuple[Calla
     return found
 
 
-def _next(what: str, x: Array, mode: Mode, reference: float) -> Mode:
+def next_mode(what: str, x: Array, mode: Mode, reference: float) -> Mode:
+    """The mode after ``what``: speed, breakaway, opening, closing 1 or closing -1."""
     if what == "opening":
         return Mode(mode.friction, 0)
     if what.startswith("closing"):

@@ -41,13 +41,16 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool, 
     stubs = [_NOTHING.format(name) for name in NEEDED if name not in names]
     own = {"sizes": ", ".join(map(str, sizes)), "stubs": "".join(stubs)}
     modes, steps, events = (
-        render(f"numba/simulation_{part}.py.j2", {"compiled": _COMPILED} | (own if part == "modes" else {}))
+        render(f"numba/simulation_{part}.py.j2", _DECORATORS | (own if part == "modes" else {}))
         for part in ("modes", "steps", "events")
     )
     return kernel.rstrip("\n") + "\n" + modes + steps + events
 
 
-_COMPILED = '@njit(cache=True, error_model="numpy")'
+_DECORATORS = {
+    "compiled": '@njit(cache=True, error_model="numpy")',
+    "inlined": '@njit(cache=True, forceinline=True, error_model="numpy")',  # arrays are dear as arguments
+}
 _NOTHING = '''
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""The linear model of a compiled kernel as a python-control system."""
+"""The linear model of the seed's drive as a python-control system, and beside its compiled kernel."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ import pytest
 
 from symdyn.compiler import compile_robot, linearise, load_robot
 from symdyn.derive.linearize import without_nonsmooth
-from symdyn.numeric.frequency import linear_model
 from symdyn.numeric.linear.signals import as_control
 
 
 def test_the_seeds_drive_has_the_poles_of_its_printed_parameters() -> None:
-    system = linear_model(compile_robot(without_nonsmooth(load_robot("irb6-axis1"))).kernel())
+    system = as_control(linearise(without_nonsmooth(load_robot("irb6-axis1"))).nominal)
     assert system.nstates == 9
     poles = system.poles()
     real = sorted(p.real for p in poles if abs(p.imag) < 1e-6)
@@ -24,9 +23,16 @@ def test_the_seeds_drive_has_the_poles_of_its_printed_parameters() -> None:
 
 def test_the_kernel_and_the_arrays_say_the_same() -> None:
     robot = without_nonsmooth(load_robot("irb6-axis1"))
-    compiled, arrays = linear_model(compile_robot(robot).kernel()), as_control(linearise(robot).nominal)
-    for ours, theirs in zip((arrays.A, arrays.B, arrays.C, arrays.D), (compiled.A, compiled.B, compiled.C, compiled.D),
-                            strict=True):  # fmt: skip
-        assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-12 * max(1.0, float(np.abs(theirs).max())))
-    assert arrays.state_labels == compiled.state_labels
-    assert arrays.output_labels == compiled.output_labels
+    kernel, nominal = compile_robot(robot).kernel(), linearise(robot).nominal
+    system = as_control(nominal)
+    x, u = np.zeros(len(kernel.states)), np.zeros(len(kernel.inputs))
+    pairs = (
+        (system.A, kernel.state_derivative_state_jacobian(x, u)),
+        (system.B, kernel.state_derivative_input_jacobian(x, u)),
+        (system.C, kernel.output_state_jacobian(x, u)),
+        (system.D, kernel.output_input_jacobian(x, u)),
+    )
+    for arrays, compiled in pairs:
+        assert arrays == pytest.approx(compiled, rel=1e-12, abs=1e-12 * max(1.0, float(np.abs(compiled).max())))
+    assert nominal.states == kernel.states
+    assert nominal.outputs == kernel.outputs

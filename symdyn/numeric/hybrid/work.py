@@ -82,7 +82,7 @@ def _general(machine: Machine, signals: Sequence[Signal]) -> Worker:
     """The equations of the mode and the powers together, by Dormand and Prince's method of order 8."""
     module = machine.kernel.module
     nx, nf = len(machine.kernel.states), machine.count(FRICTION)
-    spare = np.zeros(2 * nf + 1, np.int64), np.zeros((nx, nf)), np.zeros(2 * nf), np.zeros((nf, 2 * nf))
+    spare = np.zeros(2 * nf + 2, np.int64), np.zeros((nx, nf)), np.zeros(2 * nf), np.zeros((nf, 2 * nf))
 
     def work(x: Array, span: Span) -> tuple[Array, Array]:
         s, switches = mode_of(span.switches), np.array(span.switches, dtype=np.int64)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.drive.arms import driven_arm, error
+from benchmarks.drive.arms import driven_arm
 from benchmarks.drive.event_solver import EventSolver
+from benchmarks.drive.measure import error
 from symdyn.numeric.hybrid.general_simulation import simulate_general
 from symdyn.numeric.hybrid.signals import step
 
