@@ -1,0 +1,50 @@
+"""Free runs over short windows: what a model predicts by itself from a state that was estimated at their start."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.bench import FilterBench
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.25  # s
+FEWEST = 8  # samples of a window
+
+
+def free_runs(bench: FilterBench, p: Array) -> Array:
+    """(N, m) prediction of every channel, started anew from the filter's state every ``WINDOW`` seconds.
+
+    Latent forces are left out: this is the model alone. Where a gap cuts a window it ends.
+    """
+    s = bench.signals
+    n = len(bench.kernel.states)
+    states = bench.filtered(p).states[:, :n]
+    length = max(FEWEST, round(WINDOW / float(np.nanmedian(s.steps))))
+    predicted = np.full_like(s.y, np.nan)
+    ends = [0, *(int(i) + 1 for i in np.flatnonzero(np.isnan(s.steps)))]
+    for first, last in zip(ends[:-1], ends[1:], strict=True):
+        for start in range(first, last, length):
+            stop = min(start + length, last)
+            if stop - start >= FEWEST:
+                predicted[start:stop] = bench.simulated(p, states[start], start, stop)
+    return predicted
+
+
+def relative_errors(bench: FilterBench, predicted: Array) -> Array:
+    """(m,) size of the prediction's error, over how far each channel moves from the start of its window."""
+    y = bench.signals.y
+    error, size = np.zeros(y.shape[1]), np.zeros(y.shape[1])
+    length = max(FEWEST, round(WINDOW / float(np.nanmedian(bench.signals.steps))))
+    for c in range(y.shape[1]):
+        good = np.isfinite(predicted[:, c]) & np.isfinite(y[:, c])
+        error[c] = np.sqrt(np.mean((y[good, c] - predicted[good, c]) ** 2))
+        moved = y[length:, c] - y[:-length, c]
+        size[c] = np.sqrt(np.nanmean(moved**2)) / np.sqrt(2.0) or 1.0
+    return np.asarray(error / size)
+
+
+def overall(errors: Array) -> float:
+    """Channels count alike (root mean square)."""
+    return float(np.sqrt(np.mean(errors**2)))
