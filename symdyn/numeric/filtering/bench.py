@@ -161,4 +161,3 @@ def _nothing(x, u, p, out):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _no_slope(x, u, p, out):  # type: ignore[no-untyped-def]
     pass
-

@@ -11,7 +11,7 @@ from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
-from symdyn.numeric.filtering.locate import TOGETHER
+from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors
@@ -23,6 +23,7 @@ Found = tuple[tuple[Candidate, float | None], ...]
 
 LEVEL = 0.01  # significance of a gain
 WORTH = 10.0  # nats that an effect must bring on training data, beside half the logarithm of N per number (BIC)
+ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
 TRIED = 5  # hypotheses that are fitted in full at each step
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
@@ -64,7 +65,9 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
     return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted)
 
 
-def with_effect(model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> Explanation:
+def with_effect(
+    model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array
+) -> Explanation:
     """The explanation with one more effect, everything fitted again from where it stands."""
     p = current.fit.p.copy()
     index = current.fit.bench.index
@@ -73,9 +76,7 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     if candidate.shape is not None and shape is not None:
         p[index[candidate.parameter(candidate.shape)]] = shape
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
-    return explained(
-        model, (*current.found, (candidate, shape)), beliefs, fit(current.fit.bench, p, beliefs)
-    )
+    return explained(model, (*current.found, (candidate, shape)), beliefs, fit(current.fit.bench, p, beliefs))
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -138,13 +139,14 @@ def certain(model: Model, after: Explanation, candidate: Candidate) -> bool:
 
 
 def alike(chosen: Step, tried: Sequence[Step]) -> tuple[Step, ...]:
-    """Hypotheses that do as well: within ``TOGETHER`` nats, with no more numbers."""
+    """Hypotheses with no more numbers that held-out data do not tell from the chosen one."""
     return tuple(
         s
         for s in tried
         if s is not chosen
-        and s.after.fit.loss - chosen.after.fit.loss < TOGETHER
         and s.score.candidate.size <= chosen.score.candidate.size
+        and s.after.heldout < (1.0 + ABOUT) * chosen.after.heldout
+        and not certainly_apart(s.after.score, chosen.after.score)
     )
 
 
@@ -159,5 +161,3 @@ def _p_value(before: Explanation, after: Explanation) -> float:
         return 1.0
     spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
     return float(stats.norm.sf(float(np.mean(difference)) / max(spread, 1e-300)))
-
-

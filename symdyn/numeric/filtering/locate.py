@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from symdyn.numeric.filtering.bench import FilterBench, Noise
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, with_latent, without_latent
 from symdyn.numeric.filtering.places import Latent
+from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
 
 POWERS = np.logspace(-5, 1, 7)  # of a latent force, relative to what moves the machine: where its fit starts
 ROUGH, ROUNDS = 2.0, 15  # nats and rounds of a fit that only locates
-TOGETHER = 5.0  # nats: places closer than this are not told apart (odds of 150 to 1 would tell them)
+TOGETHER = 5.0  # nats: what is closer than this is not told apart (odds of 150 to 1 would tell it)
+APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,9 +56,28 @@ def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[
     return none, tuple(sorted(places, key=lambda place: -place.gain))
 
 
-def group(places: tuple[Place, ...]) -> tuple[str, ...]:
-    """Places that the recording cannot tell from the best."""
-    return tuple(place.latent.place for place in places if places[0].gain - place.gain < TOGETHER)
+def together(place: Place, places: Sequence[Place]) -> tuple[str, ...]:
+    """Places that the recording cannot tell from this one: the likelihood of neither is certainly higher."""
+    own = samples(place.fit)
+    return tuple(
+        p.latent.place for p in places if p is place or (p.gain > 0 and not certainly_apart(own, samples(p.fit)))
+    )
+
+
+def samples(of: MLFit) -> Array:
+    """(N,) log-likelihood of each training sample."""
+    done = of.bench.filtered(of.p)
+    return np.asarray(-0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1))
+
+
+def certainly_apart(first: Array, second: Array) -> bool:
+    """Whether two models differ in likelihood beyond chance (Vuong 1989); correlated samples are allowed for."""
+    difference = first - second
+    mean = float(np.mean(difference))
+    if abs(mean) * len(difference) < TOGETHER:
+        return False
+    spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
+    return abs(mean) > APART * spread
 
 
 def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool) -> MLFit:
@@ -81,5 +103,3 @@ def _natural(bench: FilterBench, latent: Latent, p: Array) -> float:
 
 def _nothing(count: int) -> tuple[Array, Array, Array]:
     return np.zeros((count, 0)), np.zeros(0), np.zeros(0)
-
-

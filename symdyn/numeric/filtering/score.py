@@ -1,4 +1,4 @@
-"""Which hypothesis could explain what is left: score tests on the innovations, all effects in a few runs of the filter."""
+"""Which hypothesis could explain what is left: score tests on the innovations, in a few runs of the filter."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ def scores(
     """
     n = len(bench.kernel.coordinates)
     base = bench.filtered(p)
-    speeds = dict(zip(bench.kernel.coordinates, np.quantile(np.abs(base.states[:, n : 2 * n]), 0.99, axis=0), strict=True))
+    speeds = dict(
+        zip(bench.kernel.coordinates, np.quantile(np.abs(base.states[:, n : 2 * n]), 0.99, axis=0), strict=True)
+    )
     fastest = max(speeds.values())
     by_shape: dict[float, list[Candidate]] = {}
     tests: dict[str, int] = {}
@@ -73,7 +75,13 @@ def scores(
 
 
 def _at(
-    bench: FilterBench, p: Array, value: float, members: Sequence[Candidate], tests: dict[str, int], basis: Array, before: Array
+    bench: FilterBench,
+    p: Array,
+    value: float,
+    members: Sequence[Candidate],
+    tests: dict[str, int],
+    basis: Array,
+    before: Array,
 ) -> list[Score]:
     """Hypotheses that are linear, at one value of their shapes; those of shape alone, one by one."""
     found = []

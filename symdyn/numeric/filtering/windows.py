@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ def free_runs(bench: FilterBench, p: Array) -> Array:
     s = bench.signals
     n = len(bench.kernel.states)
     states = bench.filtered(p).states[:, :n]
-    length = max(FEWEST, round(WINDOW / float(np.nanmedian(s.steps))))
+    length = _length(s)
     predicted = np.full_like(s.y, np.nan)
     ends = [0, *(int(i) + 1 for i in np.flatnonzero(np.isnan(s.steps)))]
     for first, last in zip(ends[:-1], ends[1:], strict=True):
@@ -34,15 +35,20 @@ def free_runs(bench: FilterBench, p: Array) -> Array:
 
 def relative_errors(bench: FilterBench, predicted: Array) -> Array:
     """(m,) size of the prediction's error, over how far each channel moves from the start of its window."""
-    y = bench.signals.y
-    error, size = np.zeros(y.shape[1]), np.zeros(y.shape[1])
-    length = max(FEWEST, round(WINDOW / float(np.nanmedian(bench.signals.steps))))
-    for c in range(y.shape[1]):
-        good = np.isfinite(predicted[:, c]) & np.isfinite(y[:, c])
-        error[c] = np.sqrt(np.mean((y[good, c] - predicted[good, c]) ** 2))
-        moved = y[length:, c] - y[:-length, c]
-        size[c] = np.sqrt(np.nanmean(moved**2)) / np.sqrt(2.0) or 1.0
-    return np.asarray(error / size)
+    off = bench.signals.y - predicted
+    return np.asarray(np.sqrt(np.nanmean(off**2, axis=0)) / sizes(bench.signals))
+
+
+def sizes(signals: Signals) -> Array:
+    """(m,) how far each channel moves within a window, as a standard deviation."""
+    length = _length(signals)
+    moved = signals.y[length:] - signals.y[:-length]
+    size = np.sqrt(np.nanmean(moved**2, axis=0) / 2.0)
+    return np.where(size > 0, size, 1.0)
+
+
+def _length(signals: Signals) -> int:
+    return max(FEWEST, round(WINDOW / float(np.nanmedian(signals.steps))))
 
 
 def overall(errors: Array) -> float:
