@@ -53,6 +53,28 @@ def add_effect(text: str, type: str, at: str, values: Mapping[str, str], comment
     return _checked(f"{text.rstrip()}\n\n{tomlkit.dumps(appended).strip()}\n".lstrip("\n"))
 
 
+def free_rotor(text: str, robot: Robot, joint: str, rotor: str, shaft: Mapping[str, str]) -> str:
+    """Let a rotor that is fixed to its joint turn by itself, on a shaft to the joint (a row of ``shafts``).
+
+    InputError (SD104) where the robot has no such rotor.
+    """
+    document = tomlkit.parse(_checked(text))
+    names = [j.name for j in robot.joints]
+    if joint not in names:
+        raise InputError(Problem("SD104", f"no joint {quoted(joint)}", Where(_EDITED), did_you_mean(joint, names)))
+    drive = document["joint"][names.index(joint)].get("drive", {})
+    row = next((r for r in drive.get("rotors", ()) if r["name"] == rotor), None)
+    if row is None:
+        raise InputError(Problem("SD104", f"{quoted(joint)} has no rotor {quoted(rotor)}", Where(_EDITED)))
+    row.pop("fixed_to_joint", None)
+    inline = tomlkit.inline_table()
+    inline.update(shaft)
+    if "shafts" not in drive:
+        drive["shafts"] = tomlkit.array()
+    drive["shafts"].append(inline)
+    return _checked(tomlkit.dumps(document))
+
+
 def set_parameter(text: str, robot: Robot, name: str, value_text: str) -> str:
     """Give a parameter another value (``"203.5 N s/m"``), where it is defined: its entry, or the literal in the tree.
 

@@ -27,8 +27,8 @@ from symdyn.numeric.findings import (
     Traces,
 )
 from symdyn.numeric.verdict import verdict_of
-from symdyn.spec.edit import add_effect, set_parameter
-from symdyn.spec.records import Robot
+from symdyn.spec.edit import add_effect, free_rotor, set_parameter
+from symdyn.spec.records import JOINT_END, Robot
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def conclude(
         robot=robot,
         diagnosed=diagnosed,
         findings=tuple(findings),
-        model={name: _estimate(model, final.fit, name) for name in model.beliefs},
+        model={name: estimate(model, final.fit, name) for name in model.beliefs},
         before=before,
         after=after,
         per_joint={channel: Errors(float(a), float(b)) for channel, a, b in zip(channels, *final.errors, strict=True)},
@@ -80,8 +80,13 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
     own = {parameter.name for parameter in robot.parameters}
     for name in model.beliefs:
         if name in own:
-            estimate = _estimate(model, final.fit, name)
-            text = set_parameter(text, robot, name, _value(estimate.value, estimate.unit))
+            own_value = estimate(model, final.fit, name)
+            text = set_parameter(text, robot, name, _value(own_value.value, own_value.unit))
+    for new in model.freed:
+        numbers = {k: estimate(model, final.fit, getattr(new, k)) for k in ("stiffness", "damping")}
+        values = {k: _value(e.value, e.unit) for k, e in numbers.items()}
+        shaft = {"name": new.shaft, "from": new.rotor, "to": JOINT_END, **values}
+        text = free_rotor(text, robot, new.joint, new.rotor, shaft)
     for candidate, _ in final.found:
         values = {k: _value(e.value, e.unit) for k, e in parameters(model, final, candidate).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
@@ -91,10 +96,10 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
 def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str, Estimate]:
     """The candidate's parameters as fitted, by their names in the effect's declaration."""
     schemas = (*candidate.linear, *((candidate.shape,) if candidate.shape is not None else ()))
-    return {s.name: _estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
+    return {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
 
 
-def _estimate(model: Model, of: MLFit, name: str) -> Estimate:
+def estimate(model: Model, of: MLFit, name: str) -> Estimate:
     index = of.bench.index[name]
     value, unit = float(of.p[index]), model.kernel.parameter_units[index]
     if name not in of.names:

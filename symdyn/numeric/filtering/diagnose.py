@@ -5,10 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from symdyn.numeric.filtering.conclude import conclude, parameters
-from symdyn.numeric.filtering.explain import Explanation, Step, alike, explained, step, without_effect
+import numpy as np
+
+from symdyn.numeric.filtering.conclude import conclude, estimate, parameters
+from symdyn.numeric.filtering.explain import (
+    EARNS,
+    LEVEL,
+    WORTH,
+    Explanation,
+    Step,
+    alike,
+    explained,
+    heldout_p_value,
+    step,
+    without_effect,
+)
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.model import Model, prepare
+from symdyn.numeric.filtering.structure import EFFECT, TITLE, rigid_joints, with_shaft
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
@@ -33,6 +47,12 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
     alarms: list[str] = []
     while len(findings) < MAX_FINDINGS:
         best, tried = step(model, current, alarms, progress)
+        freed = _freed(robot, model, current, best, (training, heldout), progress)
+        if freed is not None:
+            model, after, finding = freed
+            findings.append(finding)
+            current = after
+            continue
         if best is None:
             break
         findings.append(_finding(model, current, best, tried))
@@ -40,6 +60,35 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
     current, findings = _reexamined(model, current, findings, alarms)
     return conclude(model, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+
+
+def _freed(
+    robot: Robot,
+    model: Model,
+    current: Explanation,
+    best: Step | None,
+    recordings: tuple[Recording, Recording],
+    progress: Progress,
+) -> tuple[Model, Explanation, Finding] | None:
+    """A transmission that is not rigid, where that explains more than any effect does."""
+    if not len(current.fit.bench.noise.power):
+        return None  # no unknown force is needed anywhere
+    for joint in rigid_joints(model.robot):
+        flexible, after = with_shaft(model.robot, joint, model.freed, current, recordings, progress)
+        gain = current.fit.loss - after.fit.loss
+        least = WORTH + float(np.log(len(model.training.y)))
+        if gain < max(least, best.gain if best else 0.0) or after.heldout > (1.0 - EARNS) * current.heldout:
+            continue
+        new = flexible.freed[-1]
+        values = {k: estimate(flexible, after.fit, getattr(new, k)) for k in ("stiffness", "damping")}
+        p_value = heldout_p_value(current, after)
+        finding = Finding(
+            EFFECT, TITLE, joint.name, values, current.heldout, after.heldout, p_value, (), evidence=gain,
+            group=(joint.name, f"{joint.name}.{new.rotor}", f"{joint.name}.{new.shaft}"),
+        )  # fmt: skip
+        if p_value < LEVEL:
+            return flexible, after, finding
+    return None
 
 
 def _finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, ...]) -> Finding:
@@ -85,7 +134,7 @@ def _reexamined(
             current = without
     kept = {(c.effect, c.place.address): c for c, _ in current.found}
     return current, [
-        replace(f, parameters=parameters(model, current, kept[f.effect, f.place]))
+        replace(f, parameters=parameters(model, current, kept[f.effect, f.place])) if f.effect != EFFECT else f
         for f in findings
-        if (f.effect, f.place) in kept
+        if (f.effect, f.place) in kept or f.effect == EFFECT
     ]

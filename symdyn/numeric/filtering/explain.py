@@ -110,7 +110,7 @@ def step(
         progress(f"fitting {score.candidate.label}")
         after = with_effect(model, current, score.candidate, score.shape, score.estimate)
         gain = current.fit.loss - after.fit.loss
-        tried.append(Step(score, after, gain, _p_value(current, after)))
+        tried.append(Step(score, after, gain, heldout_p_value(current, after)))
     tried.sort(key=lambda s: s.after.fit.loss + _price(model, s.score.candidate))
     for each in tried:
         label = each.score.candidate.label
@@ -154,7 +154,7 @@ def _price(model: Model, candidate: Candidate) -> float:
     return 0.5 * candidate.size * float(np.log(len(model.training.y)))
 
 
-def _p_value(before: Explanation, after: Explanation) -> float:
+def heldout_p_value(before: Explanation, after: Explanation) -> float:
     """One-sided, of no gain of the held-out likelihood; samples that are correlated are allowed for."""
     difference = after.score - before.score
     if not np.all(np.isfinite(difference)):

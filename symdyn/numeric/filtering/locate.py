@@ -82,13 +82,13 @@ def certainly_apart(first: Array, second: Array) -> bool:
 
 def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool) -> MLFit:
     bench = model.bench(model.training, noise, held)
-    powers = _natural(bench, latent, p) ** 2 * POWERS
+    powers = natural_size(bench, latent, p) ** 2 * POWERS
     trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
     losses = [trial.filtered(p).loss for trial in trials]
     return fit(trials[int(np.argmin(losses))], p, model.beliefs, settled=ROUGH, most=ROUNDS)
 
 
-def _natural(bench: FilterBench, latent: Latent, p: Array) -> float:
+def natural_size(bench: FilterBench, latent: Latent, p: Array) -> float:
     """The force that would cause the accelerations (or current rates) that the recording is about."""
     n = len(bench.kernel.coordinates)
     states = np.zeros(len(bench.kernel.states))

@@ -28,6 +28,17 @@ FIRST_DECAY = 20.0  # 1/s of a latent force, likewise
 FASTEST_STEP = 2e-3  # s: longer samples are filtered in substeps
 
 
+@dataclass(frozen=True, slots=True)
+class Freed:
+    """A rotor that was fixed to its joint, and turns by itself now: the shaft between, and its parameters."""
+
+    joint: str
+    rotor: str
+    shaft: str
+    stiffness: str
+    damping: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """``robot`` as given (with an ammeter where a current was measured), its kernel with all ``proposed`` in it."""
@@ -39,6 +50,7 @@ class Model:
     beliefs: Beliefs
     training: Signals
     heldout: Signals
+    freed: tuple[Freed, ...] = ()
 
     def bench(self, of: Signals, noise: Noise, held: bool) -> FilterBench:
         step = float(np.nanmedian(of.steps))

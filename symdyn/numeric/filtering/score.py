@@ -65,8 +65,8 @@ def scores(
     basis = _basis((-still.slopes / root[:, :, None]).reshape(-1, len(own)))
     residual = still.white.ravel()
     before = residual - basis @ (basis.T @ residual)
-    for i, (value, members) in enumerate(sorted(by_shape.items(), key=lambda item: item[0])):
-        progress(f"hypotheses, {i + 1} of {len(by_shape)} shapes")
+    progress(f"{len(proposed)} hypotheses in {len(by_shape)} shapes")
+    for value, members in sorted(by_shape.items(), key=lambda item: item[0]):
         for score in _at(bench, p, value, members, tests, basis, before):
             label = score.candidate.label
             if label not in best or score.gain > best[label].gain:

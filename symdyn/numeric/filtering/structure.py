@@ -1,0 +1,116 @@
+"""A transmission that the model takes for rigid: the same machine with a shaft between its motor and its joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.numeric.filtering.explain import Explanation, explained
+from symdyn.numeric.filtering.likelihood import Belief, fit
+from symdyn.numeric.filtering.locate import POWERS, natural_size
+from symdyn.numeric.filtering.model import Freed, Model, prepare, with_latent
+from symdyn.numeric.recording import Recording
+from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Shaft
+
+EFFECT, TITLE = "joint_compliance", "compliance of the transmission"
+SHAFT = "transmission"
+STARTS = 8  # resonances that are tried, evenly on a logarithmic scale
+LIGHT = 0.05  # damping ratio that a fit starts from
+WIDE = math.log(10.0)  # of the prior of what no data sheet told
+
+
+def rigid_joints(robot: Robot) -> tuple[Joint, ...]:
+    """Joints with a motor whose rotor is fixed to the joint."""
+    return tuple(
+        joint
+        for joint in robot.joints
+        if joint.drive is not None
+        and joint.drive.motor is not None
+        and any(r.name == joint.drive.motor.at and r.fixed_to_joint for r in joint.drive.rotors)
+        and all(shaft.name != SHAFT for shaft in joint.drive.shafts)
+    )
+
+
+def with_shaft(
+    robot: Robot,
+    joint: Joint,
+    freed: tuple[Freed, ...],
+    current: Explanation,
+    recordings: tuple[Recording, Recording],
+    progress: Callable[[str], None],
+) -> tuple[Model, Explanation]:
+    """The machine with that shaft, fitted from where the rigid one stands; effects found are kept."""
+    progress(f"deriving and compiling {robot.name} with a shaft at {joint.name}")
+    flexible, new = _flexible(robot, joint)
+    model = prepare(flexible, *recordings)
+    model = replace(model, freed=(*freed, new))
+    index = current.fit.bench.index
+    p = model.kernel.values
+    names = {name: i for i, name in enumerate(model.kernel.parameters)}
+    for name, i in names.items():
+        if name in index:
+            p[i] = current.fit.p[index[name]]
+    beliefs = dict(model.beliefs)
+    beliefs |= {name: belief for name, belief in current.beliefs.items() if name in names}
+    noise = current.fit.bench.noise
+    latent = next(x for x in model.latents if x.place == joint.name)
+    bench = model.bench(
+        model.training,
+        replace(noise, directions=np.zeros((len(p), 0)), decay=np.zeros(0), power=np.zeros(0)),
+        current.fit.bench.held,
+    )
+    power = float(natural_size(bench, latent, p) ** 2 * POWERS[2])
+    bench = bench.with_noise(with_latent(bench.noise, latent, power))
+    best = None
+    inertia = p[names[_rotor_inertia(joint)]] if _rotor_inertia(joint) in names else 1.0
+    rate = 1.0 / float(np.nanmedian(model.training.steps))
+    for frequency in np.geomspace(1.0, 0.25 * rate, STARTS):
+        stiffness = inertia * (2.0 * math.pi * frequency) ** 2
+        trial = p.copy()
+        trial[names[new.stiffness]] = stiffness
+        trial[names[new.damping]] = 2.0 * LIGHT * stiffness / (2.0 * math.pi * frequency)
+        loss = bench.filtered(trial).loss
+        if best is None or loss < best[0]:
+            best = (loss, trial)
+    assert best is not None
+    for name in (new.stiffness, new.damping):
+        beliefs[name] = Belief(positive=True, centre=math.log(best[1][names[name]]), spread=WIDE)
+    done = fit(bench, best[1], beliefs)
+    kept = {(c.effect, c.place.address): c for c in model.proposed}
+    found = tuple((kept.get((c.effect, c.place.address), c), shape) for c, shape in current.found)
+    model = replace(model, beliefs={n: b for n, b in beliefs.items() if n in model.beliefs})
+    return model, explained(model, found, beliefs, done)
+
+
+def _flexible(robot: Robot, joint: Joint) -> tuple[Robot, Freed]:
+    drive = joint.drive
+    assert drive is not None
+    assert drive.motor is not None
+    at = drive.motor.at
+    new = Freed(joint.name, at, SHAFT, f"{joint.name}_{SHAFT}_stiffness", f"{joint.name}_{SHAFT}_damping")
+    stiffness, damping = (Monomial(Fraction(1), ((name, 1),)) for name in (new.stiffness, new.damping))
+    rotors = tuple(replace(r, fixed_to_joint=False) if r.name == at else r for r in drive.rotors)
+    shafts = (*drive.shafts, Shaft(SHAFT, at, JOINT_END, stiffness, damping))
+    joints = tuple(
+        replace(j, drive=replace(drive, rotors=rotors, shafts=shafts)) if j.name == joint.name else j
+        for j in robot.joints
+    )
+    parameters = (
+        *robot.parameters,
+        Parameter(new.stiffness, 1.0, "N m/rad", "c_t", "stiffness of the transmission"),
+        Parameter(new.damping, 1e-3, "N m s/rad", "d_t", "damping of the transmission"),
+    )
+    return replace(robot, joints=joints, parameters=parameters), new
+
+
+def _rotor_inertia(joint: Joint) -> str:
+    """The parameter that is the inertia of the motor's rotor, where it is one."""
+    drive = joint.drive
+    assert drive is not None
+    at = drive.motor.at if drive.motor else ""
+    rotor = next(r for r in drive.rotors if r.name == at)
+    return rotor.inertia.factors[0][0] if len(rotor.inertia.factors) == 1 else ""
