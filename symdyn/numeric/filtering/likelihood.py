@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.bench import FilterBench, Noise, Pass
+from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
 
@@ -183,13 +184,24 @@ def _noise(noise: Noise, logs: Array, m: int) -> Noise:
 
 
 def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
+    """The sandwich: curvature of the likelihood on both sides of what its slope really scatters by.
+
+    Innovations of an approximate model are not white; Newey and West's sum (1987) allows for that.
+    """
     if not beliefs:
         return np.zeros((0, 0))
     known, where = tuple(beliefs.values()), [bench.index[name] for name in beliefs]
-    flat = _columns(bench.filtered(p, tuple(beliefs)), p, where, known)
+    done = bench.filtered(p, tuple(beliefs))
+    flat = _columns(done, p, where, known)
     precision = flat.T @ flat + np.diag([b.spread**-2 for b in known])
     scale = np.sqrt(np.diag(precision))
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv(precision / np.outer(scale, scale), rcond=1e-12) / np.outer(scale, scale)
+    samples = flat.reshape(*done.innovations.shape, len(known))
+    slopes = np.einsum("kmq,km->kq", samples, done.white) / scale
+    middle = long_run_covariance(slopes) * len(slopes) * np.outer(scale, scale)
+    middle += np.diag([b.spread**-2 for b in known])
     factor = np.array([p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
-    return np.asarray(inverse * np.outer(factor, factor))
+    robust = inverse @ middle @ inverse
+    larger = np.sqrt(np.maximum(1.0, np.diag(inverse) / np.maximum(np.diag(robust), 1e-300)))
+    return np.asarray(robust * np.outer(larger * factor, larger * factor))  # never below that of white innovations

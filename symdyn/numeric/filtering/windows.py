@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +27,7 @@ def free_runs(bench: FilterBench, p: Array) -> Array:
     length = _length(s)
     predicted = np.full_like(s.y, np.nan)
     ends = [0, *(int(i) + 1 for i in np.flatnonzero(np.isnan(s.steps)))]
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in pairwise(ends):
         for start in range(first, last, length):
             stop = min(start + length, last)
             if stop - start >= FEWEST:
