@@ -23,13 +23,21 @@ class Noise:
     """Variances ``r`` (m,) of the measurements, and latent forces: Ornstein-Uhlenbeck processes.
 
     ``directions`` (np, l) says along which parameters each force acts, ``decay`` (l,) in 1/s is the inverse of its
-    correlation time, ``power`` (l,) its variance.
+    correlation time, ``power`` (l,) its variance. The first ``inputs`` of them are the noise of the inputs, which
+    is all but white: rounding, and what an input does between two samples.
     """
 
     r: Array
     directions: Array
     decay: Array
     power: Array
+    inputs: int = 0
+
+    @property
+    def quiet(self) -> Noise:
+        """Without any force but the noise of the inputs."""
+        k = self.inputs
+        return Noise(self.r, self.directions[:, :k].copy(), self.decay[:k].copy(), self.power[:k].copy(), k)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.bench import Noise
 from symdyn.numeric.filtering.explain import WORTH, Explanation
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
@@ -126,12 +125,10 @@ def _floor(model: Model, of: MLFit) -> NoiseFloor:
 def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloor) -> Remaining:
     """Whether an unknown force would still explain something, and how much of the held-out error is beyond noise."""
     beyond = max(0.0, 1.0 - (floor.errors.heldout / max(after.heldout, 1e-300)) ** 2)
-    forces = len(final.fit.bench.noise.power)
-    if not forces:
+    noise = final.fit.bench.noise
+    if len(noise.power) == noise.inputs:
         return Remaining(after.heldout, False, 0.0, None, 1.0)
-    count = len(final.fit.p)
-    quiet = Noise(final.fit.bench.noise.r, np.zeros((count, 0)), np.zeros(0), np.zeros(0))
-    none = fit(final.fit.bench.with_noise(quiet), final.fit.p, final.beliefs)
+    none = fit(final.fit.bench.with_noise(noise.quiet), final.fit.p, final.beliefs)
     gain = none.loss - final.fit.loss
     structured = gain > WORTH and beyond > SHARE
     return Remaining(after.heldout, structured, beyond if structured else 0.0, None, float(np.exp(-max(gain, 0.0))))

@@ -71,7 +71,8 @@ def _freed(
     progress: Progress,
 ) -> tuple[Model, Explanation, Finding] | None:
     """A transmission that is not rigid, where that explains more than any effect does."""
-    if not len(current.fit.bench.noise.power):
+    noise = current.fit.bench.noise
+    if len(noise.power) == noise.inputs:
         return None  # no unknown force is needed anywhere
     for joint in rigid_joints(model.robot):
         flexible, after = with_shaft(model.robot, joint, model.freed, current, recordings, progress)

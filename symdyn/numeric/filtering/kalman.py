@@ -10,6 +10,8 @@ from symdyn.numeric.filtering.transition import product, transition
 
 Array = NDArray[np.float64]
 
+KINK = 0.05  # of a rate: what its slope at the start of a step does not foretell
+FINE = 16  # pieces of a step with a kink in it
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
 _vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
@@ -79,6 +81,7 @@ def run(  # type: ignore[no-untyped-def]
     rate, out = np.zeros(n), np.zeros(outputs)
     a, a_old, c_all = np.zeros((na, na)), np.full((na, na), np.nan), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
+    there, arrived, ahead = np.zeros(n), np.zeros(n), np.zeros(nu)
     change, integral = np.zeros((na, na)), np.zeros((na, na))  # of [x, u]: an input goes straight along its slope
     by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     force, forced = np.zeros((n, nl)), np.zeros((n, nl))
@@ -164,10 +167,11 @@ def run(  # type: ignore[no-untyped-def]
                 if signals[c] < n and not np.isnan(y[k + 1, c]):
                     x[signals[c]] = y[k + 1, c]
             continue
-        h = steps[k] / substeps
+        pieces, piece = substeps, 0
+        h = steps[k] / pieces
         control[:] = u[k]
         unchanged = True
-        for _ in range(substeps):
+        while piece < pieces:
             f(x, control, p, rate)
             f_x(x, control, p, by_x)
             f_u(x, control, p, by_u)
@@ -178,15 +182,42 @@ def run(  # type: ignore[no-untyped-def]
                     if a[i, j] != a_old[i, j]:
                         same = False
             if not same:
-                if steady:  # what was left out while nothing changed
-                    for c in range(m):
-                        for i in range(nz):
-                            for j in range(nz):
-                                cov[i, j] -= gains[c, i] * gains[c, j] / spread[c]
-                unchanged = steady = False
+                unchanged = False
                 transition(a, h, change, integral)
                 a_old[:] = a
                 h_old = h
+            if piece == 0 and pieces == substeps:
+                # a kink on the way (friction turns, a flank touches) shows in the rate at the end
+                for i in range(n):
+                    there[i] = x[i]
+                    for j in range(n):
+                        there[i] += integral[i, j] * rate[j]
+                    for j in range(nu):
+                        there[i] += integral[i, n + j] * slope_u[k, j]
+                for j in range(nu):
+                    ahead[j] = control[j] + h * slope_u[k, j]
+                f(there, ahead, p, arrived)
+                for i in range(n):
+                    expected = rate[i]
+                    size = abs(rate[i]) + abs(arrived[i])
+                    for j in range(n):
+                        expected += by_x[i, j] * (there[j] - x[j])
+                    for j in range(nu):
+                        expected += by_u[i, j] * h * slope_u[k, j]
+                    if abs(arrived[i] - expected) > KINK * size:
+                        pieces = substeps * FINE
+                if pieces != substeps:
+                    h = steps[k] / pieces
+                    unchanged = False
+                    transition(a, h, change, integral)
+                    h_old = h
+            if steady and not unchanged:  # what was left out while nothing changed
+                for c in range(m):
+                    for i in range(nz):
+                        for j in range(nz):
+                            cov[i, j] -= gains[c, i] * gains[c, j] / spread[c]
+                steady = False
+            piece += 1
             if nl or q:
                 f_p(x, control, p, by_p)
             if nl:

@@ -147,7 +147,8 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
     step = float(np.nanmedian(bench.signals.steps))
     forces = len(noise.power)
     longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
-    lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), np.full(forces, longest)])
+    slowest = np.where(np.arange(forces) < noise.inputs, shortest, longest)
+    lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
     upper = np.concatenate([np.full(len(noise.r) + forces, np.inf), np.full(forces, shortest)])
     lower, upper = np.log(lower), np.log(upper)
     here = bench.filtered(p)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.bench import Noise
 from symdyn.numeric.filtering.likelihood import MLFit, fit
-from symdyn.numeric.filtering.model import Model, with_latent, without_latent
+from symdyn.numeric.filtering.model import Model, natural_force, with_latent, without_latent
 from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.regression import long_run_covariance
 
@@ -36,7 +36,7 @@ def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[
     """The model without any unknown force, fitted, and with one at each place, best first."""
     fits: list[tuple[Latent, MLFit]] = []
     p = model.kernel.values
-    held, noise = False, without_latent(model.training, model.kernel)
+    held, noise = False, without_latent(model, model.training)
     for latent in model.latents:
         progress(f"an unknown force at {latent.place}")
         first = not fits
@@ -50,8 +50,7 @@ def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[
         p, noise = best.p, best.bench.noise
     progress("no unknown force")
     best = min(fits, key=lambda item: item[1].loss)[1]
-    quiet = Noise(best.bench.noise.r, *_nothing(len(p)))
-    none = fit(best.bench.with_noise(quiet), best.p, model.beliefs, settled=ROUGH, most=ROUNDS)
+    none = fit(best.bench.with_noise(best.bench.noise.quiet), best.p, model.beliefs, settled=ROUGH, most=ROUNDS)
     places = tuple(Place(latent, done, none.loss - done.loss) for latent, done in fits)
     return none, tuple(sorted(places, key=lambda place: -place.gain))
 
@@ -82,24 +81,7 @@ def certainly_apart(first: Array, second: Array) -> bool:
 
 def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool) -> MLFit:
     bench = model.bench(model.training, noise, held)
-    powers = natural_size(bench, latent, p) ** 2 * POWERS
+    powers = natural_force(model, model.training, latent.direction) ** 2 * POWERS
     trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
     losses = [trial.filtered(p).loss for trial in trials]
     return fit(trials[int(np.argmin(losses))], p, model.beliefs, settled=ROUGH, most=ROUNDS)
-
-
-def natural_size(bench: FilterBench, latent: Latent, p: Array) -> float:
-    """The force that would cause the accelerations (or current rates) that the recording is about."""
-    n = len(bench.kernel.coordinates)
-    states = np.zeros(len(bench.kernel.states))
-    slope = bench.kernel.state_derivative_parameter_jacobian_p(states, np.zeros(len(bench.kernel.inputs)), p)
-    rate = np.asarray(slope) @ latent.direction
-    speed = max(float(np.nanstd(np.diff(y)) / np.nanmedian(bench.signals.steps)) for y in bench.signals.y.T)
-    mechanical = float(np.max(np.abs(rate[n : 2 * n])))
-    if mechanical > 0:
-        return 10.0 * speed / mechanical
-    return float(np.max(np.std(bench.signals.u, axis=0))) or 1.0
-
-
-def _nothing(count: int) -> tuple[Array, Array, Array]:
-    return np.zeros((count, 0)), np.zeros(0), np.zeros(0)

@@ -13,17 +13,19 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, augmented, bounds
 from symdyn.numeric.filtering.bench import FilterBench, Noise
 from symdyn.numeric.filtering.hypotheses import free_parameters, hypotheses
-from symdyn.numeric.filtering.likelihood import Belief, Beliefs
+from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
 from symdyn.numeric.filtering.places import Latent, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.recording import Recording
-from symdyn.spec.records import Robot
+from symdyn.spec.records import Monomial, Robot
 
 Array = NDArray[np.float64]
 
 PRIOR = 0.4  # standard deviation of the logarithm of a given parameter: a data sheet's word, "off by up to 30 %"
 SHARPNESS = 2e-3  # width over which friction turns, as part of the usual speed
 FIRST_NOISE = 1e-2  # of each channel's deviation: a start, fitted then
+FIRST_INPUT = 1e-3  # of each input's deviation, likewise
+FIRST_FORCE = 1e-6  # of the square of what moves the machine: noise of its equations, likewise
 FIRST_DECAY = 20.0  # 1/s of a latent force, likewise
 FASTEST_STEP = 2e-3  # s: longer samples are filtered in substeps
 
@@ -73,16 +75,57 @@ def prepare(robot: Robot, training: Recording, heldout: Recording) -> Model:
     )  # fmt: skip
 
 
-def without_latent(signals: Signals, kernel: Kernel) -> Noise:
-    """Noise of the sensors alone, at a first guess."""
+def without_latent(model: Model, signals: Signals) -> Noise:
+    """Noise of sensors, inputs and of the equations of the joints (what their steps leave out), at a first guess."""
     r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
-    return Noise(r, np.zeros((len(kernel.parameters), 0)), np.zeros(0), np.zeros(0))
+    directions, power = [], []
+    for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
+        joint = next(j for j in model.robot.joints if j.name == name.partition(".")[0])
+        circuit = joint.drive.motor if joint.drive else None
+        at = f"{joint.name}.{circuit.name}" if circuit and name.endswith(".voltage") else joint.name
+        found = next((x.direction for x in model.latents if x.place == at), None)
+        if found is not None and values.any():
+            gain = 1.0 if at != joint.name or joint.actuator is None else _number(model, joint.actuator.gain)
+            directions.append(found * gain)
+            power.append((FIRST_INPUT * float(np.std(values))) ** 2)
+    for joint in model.robot.joints:
+        found = next((x.direction for x in model.latents if x.place == joint.name), None)
+        if found is not None and not any(np.array_equal(found, d) for d in directions):
+            directions.append(found)
+            power.append(FIRST_FORCE * natural_force(model, signals, found) ** 2)
+    decay = np.full(len(power), FASTEST / float(np.nanmedian(signals.steps)))
+    columns = np.array(directions).T if directions else np.zeros((len(model.kernel.parameters), 0))
+    return Noise(r, np.ascontiguousarray(columns), decay, np.array(power), len(power))
+
+
+def natural_force(model: Model, signals: Signals, direction: Array) -> float:
+    """The force that would cause the accelerations (or rates of current) that the recording is about."""
+    kernel, n = model.kernel, len(model.kernel.coordinates)
+    still = np.zeros(len(kernel.states)), np.zeros(len(kernel.inputs))
+    rate = np.asarray(kernel.state_derivative_parameter_jacobian_p(*still, kernel.values)) @ direction
+    speed = max(float(np.nanstd(np.diff(y)) / np.nanmedian(signals.steps)) for y in signals.y.T)
+    mechanical = float(np.max(np.abs(rate[n : 2 * n])))
+    if mechanical > 0:
+        return 10.0 * speed / mechanical
+    return float(np.max(np.std(signals.u, axis=0))) or 1.0
 
 
 def with_latent(noise: Noise, latent: Latent, power: float) -> Noise:
+    """One unknown force more, besides the noise of sensors and inputs."""
+    base = noise.quiet
     return replace(
-        noise, directions=latent.direction[:, None].copy(), decay=np.array([FIRST_DECAY]), power=np.array([power])
+        base,
+        directions=np.column_stack([base.directions, latent.direction]),
+        decay=np.append(base.decay, FIRST_DECAY),
+        power=np.append(base.power, power),
     )
+
+
+def _number(model: Model, monomial: Monomial) -> float:
+    number = float(monomial.coefficient)
+    for name, power in monomial.factors:
+        number *= model.kernel.values[model.kernel.parameters.index(name)] ** power
+    return number
 
 
 def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:

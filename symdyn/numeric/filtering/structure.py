@@ -11,8 +11,8 @@ import numpy as np
 
 from symdyn.numeric.filtering.explain import Explanation, explained
 from symdyn.numeric.filtering.likelihood import Belief, fit
-from symdyn.numeric.filtering.locate import POWERS, natural_size
-from symdyn.numeric.filtering.model import Freed, Model, prepare, with_latent
+from symdyn.numeric.filtering.locate import POWERS
+from symdyn.numeric.filtering.model import Freed, Model, natural_force, prepare, with_latent, without_latent
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Shaft
 
@@ -56,15 +56,11 @@ def with_shaft(
             p[i] = current.fit.p[index[name]]
     beliefs = dict(model.beliefs)
     beliefs |= {name: belief for name, belief in current.beliefs.items() if name in names}
-    noise = current.fit.bench.noise
+    noise = replace(without_latent(model, model.training), r=current.fit.bench.noise.r)
     latent = next(x for x in model.latents if x.place == joint.name)
-    bench = model.bench(
-        model.training,
-        replace(noise, directions=np.zeros((len(p), 0)), decay=np.zeros(0), power=np.zeros(0)),
-        current.fit.bench.held,
-    )
-    power = float(natural_size(bench, latent, p) ** 2 * POWERS[2])
-    bench = bench.with_noise(with_latent(bench.noise, latent, power))
+    bench = model.bench(model.training, noise, current.fit.bench.held)
+    power = float(natural_force(model, model.training, latent.direction) ** 2 * POWERS[2])
+    bench = bench.with_noise(with_latent(noise, latent, power))
     best = None
     inertia = p[names[_rotor_inertia(joint)]] if _rotor_inertia(joint) in names else 1.0
     rate = 1.0 / float(np.nanmedian(model.training.steps))
