@@ -10,7 +10,8 @@ from symdyn.numeric.filtering.transition import product, transition
 
 Array = NDArray[np.float64]
 
-KINK = 0.05  # of a rate: what its slope at the start of a step does not foretell
+KINK = 0.1  # of a usual rate: what the slope at the start of a step does not foretell of it
+MEMORY = 1000.0  # samples that say what is usual
 FINE = 16  # pieces of a step with a kink in it
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
@@ -81,7 +82,7 @@ def run(  # type: ignore[no-untyped-def]
     rate, out = np.zeros(n), np.zeros(outputs)
     a, a_old, c_all = np.zeros((na, na)), np.full((na, na), np.nan), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
-    there, arrived, ahead = np.zeros(n), np.zeros(n), np.zeros(nu)
+    there, arrived, usual, ahead = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
     change, integral = np.zeros((na, na)), np.zeros((na, na))  # of [x, u]: an input goes straight along its slope
     by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     force, forced = np.zeros((n, nl)), np.zeros((n, nl))
@@ -199,12 +200,12 @@ def run(  # type: ignore[no-untyped-def]
                 f(there, ahead, p, arrived)
                 for i in range(n):
                     expected = rate[i]
-                    size = abs(rate[i]) + abs(arrived[i])
+                    usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
                     for j in range(n):
                         expected += by_x[i, j] * (there[j] - x[j])
                     for j in range(nu):
                         expected += by_u[i, j] * h * slope_u[k, j]
-                    if abs(arrived[i] - expected) > KINK * size:
+                    if abs(arrived[i] - expected) > KINK * usual[i]:
                         pieces = substeps * FINE
                 if pieces != substeps:
                     h = steps[k] / pieces

@@ -77,11 +77,16 @@ def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETT
 
 
 def _scaled(bench: FilterBench, p: Array) -> FilterBench:
-    """Noise of every channel brought to what its innovations show: most of the way when one starts from a guess."""
+    """Noise of every channel brought to what its innovations show, where that helps: most of the way from a guess."""
+    done = bench.filtered(p)
     for _ in range(2):
-        ratio = np.mean(bench.filtered(p).white ** 2, axis=0)
+        ratio = np.mean(done.white**2, axis=0)
         ratio = np.where(np.isfinite(ratio), np.clip(ratio, 1e-4, 1e4), 1.0)
-        bench = bench.with_noise(replace(bench.noise, r=np.maximum(bench.noise.r * ratio, bench.signals.floor)))
+        trial = bench.with_noise(replace(bench.noise, r=np.maximum(bench.noise.r * ratio, bench.signals.floor)))
+        after = trial.filtered(p)
+        if not after.loss < done.loss:
+            break
+        bench, done = trial, after
     return bench
 
 

@@ -19,6 +19,7 @@ from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Sh
 EFFECT, TITLE = "joint_compliance", "compliance of the transmission"
 SHAFT = "transmission"
 STARTS = 8  # resonances that are tried, evenly on a logarithmic scale
+FEW = 4  # rounds of a fit from each of them
 LIGHT = 0.05  # damping ratio that a fit starts from
 WIDE = math.log(10.0)  # of the prior of what no data sheet told
 
@@ -56,26 +57,23 @@ def with_shaft(
             p[i] = current.fit.p[index[name]]
     beliefs = dict(model.beliefs)
     beliefs |= {name: belief for name, belief in current.beliefs.items() if name in names}
-    noise = replace(without_latent(model, model.training), r=current.fit.bench.noise.r)
+    noise = without_latent(model, model.training)
     latent = next(x for x in model.latents if x.place == joint.name)
     bench = model.bench(model.training, noise, current.fit.bench.held)
     power = float(natural_force(model, model.training, latent.direction) ** 2 * POWERS[2])
     bench = bench.with_noise(with_latent(noise, latent, power))
-    best = None
     inertia = p[names[_rotor_inertia(joint)]] if _rotor_inertia(joint) in names else 1.0
     rate = 1.0 / float(np.nanmedian(model.training.steps))
+    tried = []
     for frequency in np.geomspace(1.0, 0.25 * rate, STARTS):
         stiffness = inertia * (2.0 * math.pi * frequency) ** 2
         trial = p.copy()
-        trial[names[new.stiffness]] = stiffness
-        trial[names[new.damping]] = 2.0 * LIGHT * stiffness / (2.0 * math.pi * frequency)
-        loss = bench.filtered(trial).loss
-        if best is None or loss < best[0]:
-            best = (loss, trial)
-    assert best is not None
-    for name in (new.stiffness, new.damping):
-        beliefs[name] = Belief(positive=True, centre=math.log(best[1][names[name]]), spread=WIDE)
-    done = fit(bench, best[1], beliefs)
+        for name, value in ((new.stiffness, stiffness), (new.damping, LIGHT * stiffness / (math.pi * frequency))):
+            trial[names[name]] = value
+            beliefs[name] = Belief(positive=True, centre=math.log(value), spread=WIDE)
+        tried.append((fit(bench, trial, beliefs, most=FEW), dict(beliefs)))
+    first, beliefs = min(tried, key=lambda item: item[0].loss)
+    done = fit(first.bench, first.p, beliefs)
     kept = {(c.effect, c.place.address): c for c in model.proposed}
     found = tuple((kept.get((c.effect, c.place.address), c), shape) for c, shape in current.found)
     model = replace(model, beliefs={n: b for n, b in beliefs.items() if n in model.beliefs})
