@@ -83,10 +83,14 @@ def run(  # type: ignore[no-untyped-def]
     a, a_old, c_all = np.zeros((na, na)), np.full((na, na), np.nan), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
     there, arrived, usual, ahead = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
-    change, integral = np.zeros((na, na)), np.zeros((na, na))  # of [x, u]: an input goes straight along its slope
-    by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
+    change, integral, ramp = (
+        np.zeros((na, na)),
+        np.zeros((na, na)),
+        np.zeros((na, na)),
+    )  # of [x, u]: an input goes straight along its slope
+    by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     force, forced = np.zeros((n, nl)), np.zeros((n, nl))
-    source, moved = np.zeros((n, q)), np.zeros((n, q))
+    source, growth, moved = np.zeros((n, q)), np.zeros((n, q)), np.zeros((n, q))
     phi, work, row, gain = np.zeros((nz, nz)), np.zeros((nz, nz)), np.zeros(nz), np.zeros(nz)
     total, h_old = 0.0, -1.0
     gains, spread, predicted = np.zeros((m, nz)), np.zeros(m), np.zeros(nz)
@@ -184,7 +188,7 @@ def run(  # type: ignore[no-untyped-def]
                         same = False
             if not same:
                 unchanged = False
-                transition(a, h, change, integral)
+                transition(a, h, change, integral, ramp)
                 a_old[:] = a
                 h_old = h
             if piece == 0 and pieces == substeps:
@@ -210,7 +214,7 @@ def run(  # type: ignore[no-untyped-def]
                 if pieces != substeps:
                     h = steps[k] / pieces
                     unchanged = False
-                    transition(a, h, change, integral)
+                    transition(a, h, change, integral, ramp)
                     h_old = h
             if steady and not unchanged:  # what was left out while nothing changed
                 for c in range(m):
@@ -227,16 +231,26 @@ def run(  # type: ignore[no-untyped-def]
                 for i in range(n):
                     for j in range(nl):
                         rate[i] += force[i, j] * w[j]
-            # sensitivities before the state moves
-            if q:
+            for i in range(n):
+                for j in range(n):
+                    x[i] += integral[i, j] * rate[j]
+                for j in range(nu):
+                    x[i] += integral[i, n + j] * slope_u[k, j]
+            for j in range(nu):
+                control[j] += h * slope_u[k, j]
+            if q:  # what a parameter adds to the rate goes straight from its value here to that at the end
+                f_p(x, control, p, by_p_there)
                 for i in range(n):
                     for j in range(q):
                         source[i, j] = by_p[i, which[j]]
+                        growth[i, j] = (by_p_there[i, which[j]] - by_p[i, which[j]]) / h
                         for c in range(nl):
                             source[i, j] += force[i, c] * dz[n + c, j]
                 product(integral[:n, :n], source, moved)
+                product(ramp[:n, :n], growth, source)
                 for i in range(n):
                     for j in range(q):
+                        moved[i, j] += source[i, j]
                         source[i, j] = dz[i, j]
                 for i in range(n):
                     for c in range(n):
@@ -247,13 +261,6 @@ def run(  # type: ignore[no-untyped-def]
                 for i in range(n):
                     for j in range(q):
                         dz[i, j] += moved[i, j]
-            for i in range(n):
-                for j in range(n):
-                    x[i] += integral[i, j] * rate[j]
-                for j in range(nu):
-                    x[i] += integral[i, n + j] * slope_u[k, j]
-            for j in range(nu):
-                control[j] += h * slope_u[k, j]
             for j in range(nl):
                 kept = np.exp(-decay[j] * h)
                 w[j] *= kept

@@ -27,8 +27,11 @@ def product(a: Array, b: Array, out: Array) -> None:
 
 
 @compiled
-def transition(a: Array, step: float, change: Array, integral: Array) -> None:
-    """change (n, n) = exp(A h) - 1 and integral (n, n) of exp(A t) over 0..h, by series and doubling."""
+def transition(a: Array, step: float, change: Array, integral: Array, ramp: Array) -> None:
+    """change = exp(A h) - 1, integral of exp(A t) over 0..h, ramp = the integral of that, all (n, n).
+
+    A constant source c adds integral c to the state, one that grows as c t / h adds ramp c / h. By series and doubling.
+    """
     n = len(a)
     largest = 0.0
     for i in range(n):
@@ -42,14 +45,20 @@ def transition(a: Array, step: float, change: Array, integral: Array) -> None:
     h = step * 0.5**doublings
     term, work = np.eye(n) * h, np.empty((n, n))
     integral[:] = term
+    ramp[:] = term * (h / 2.0)
     for k in range(2, TERMS + 1):
         product(term, a, work)
         for i in range(n):
             for j in range(n):
                 term[i, j] = work[i, j] * (h / k)
                 integral[i, j] += term[i, j]
+                ramp[i, j] += term[i, j] * (h / (k + 1))
     product(a, integral, change)
     for _ in range(doublings):
+        product(integral, integral, work)
+        for i in range(n):
+            for j in range(n):
+                ramp[i, j] = 2.0 * ramp[i, j] + work[i, j]
         product(change, integral, work)
         for i in range(n):
             for j in range(n):
