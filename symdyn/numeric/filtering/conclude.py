@@ -68,7 +68,7 @@ def conclude(
         training=names[0],
         heldout=names[1],
         traces=_traces(model, given, final),
-        located=_located(places),
+        located=_located(places) if _beyond(before, floor) > SHARE else (),
         noise_floor=floor,
     )
 
@@ -124,7 +124,7 @@ def _floor(model: Model, of: MLFit) -> NoiseFloor:
 
 def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloor) -> Remaining:
     """Whether an unknown force would still explain something, and how much of the held-out error is beyond noise."""
-    beyond = max(0.0, 1.0 - (floor.errors.heldout / max(after.heldout, 1e-300)) ** 2)
+    beyond = _beyond(after, floor)
     noise = final.fit.bench.noise
     if len(noise.power) == noise.inputs:
         return Remaining(after.heldout, False, 0.0, None, 1.0)
@@ -132,6 +132,11 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
     gain = none.loss - final.fit.loss
     structured = gain > WORTH and beyond > SHARE
     return Remaining(after.heldout, structured, beyond if structured else 0.0, None, float(np.exp(-max(gain, 0.0))))
+
+
+def _beyond(errors: Errors, floor: NoiseFloor) -> float:
+    """Part of the power of the held-out free-run error that the sensors' noise does not account for."""
+    return max(0.0, 1.0 - (floor.errors.heldout / max(errors.heldout, 1e-300)) ** 2)
 
 
 def _located(places: Sequence[Place]) -> tuple[Located, ...]:

@@ -60,7 +60,8 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
     columns: list[tuple[str, int, Array]] = []
     for key, values in recording.channels.items():
         name, scale = _name(robot, kernel, key)
-        if name in kernel.inputs:
+        shown = key[0] is Quantity.VOLTAGE and "." in key[1] and name in kernel.outputs  # of a sensor on that part
+        if name in kernel.inputs and not shown:
             u[:, kernel.inputs.index(name)] = values * scale
             given.add(name)
         elif name in kernel.states:
