@@ -50,7 +50,7 @@ def conclude(
     diagnosed = specification(model, robot, final)
     compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
-    floor = _floor(model, final.fit)
+    floor = noise_floor(model, final.fit)
     remaining = _remaining(model, final, after, floor)
     channels = model.heldout.names
     return Diagnosis(
@@ -113,7 +113,7 @@ def _value(value: float, unit: str) -> str:
     return f"{value:.{DIGITS}g} {unit}".strip()
 
 
-def _floor(model: Model, of: MLFit) -> NoiseFloor:
+def noise_floor(model: Model, of: MLFit) -> NoiseFloor:
     """What the sensors' noise alone would leave of the free-run error."""
     noise = np.sqrt(of.bench.noise.r)
     training, heldout = noise / sizes(model.training), noise / sizes(model.heldout)
@@ -130,8 +130,10 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
         return Remaining(after.heldout, False, 0.0, None, 1.0)
     none = fit(final.fit.bench.with_noise(noise.quiet), final.fit.p, final.beliefs)
     gain = none.loss - final.fit.loss
-    structured = gain > WORTH and beyond > SHARE
-    return Remaining(after.heldout, structured, beyond if structured else 0.0, None, float(np.exp(-max(gain, 0.0))))
+    structured = bool(gain > WORTH and beyond > SHARE)
+    return Remaining(
+        after.heldout, structured, beyond if structured else 0.0, None, float(np.exp(-max(float(gain), 0.0)))
+    )
 
 
 def _beyond(errors: Errors, floor: NoiseFloor) -> float:

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.numeric.filtering.conclude import conclude, estimate, parameters
+from symdyn.numeric.filtering.conclude import conclude, estimate, noise_floor, parameters
 from symdyn.numeric.filtering.explain import (
+    ABOUT,
     EARNS,
     LEVEL,
     WORTH,
@@ -71,9 +72,9 @@ def _freed(
     progress: Progress,
 ) -> tuple[Model, Explanation, Finding] | None:
     """A transmission that is not rigid, where that explains more than any effect does."""
-    noise = current.fit.bench.noise
-    if len(noise.power) == noise.inputs:
-        return None  # no unknown force is needed anywhere
+    so_far = best.after if best else current
+    if so_far.heldout < (1.0 + ABOUT) * noise_floor(model, so_far.fit).errors.heldout:
+        return None  # nothing is left but the noise of the sensors
     for joint in rigid_joints(model.robot):
         flexible, after = with_shaft(model.robot, joint, model.freed, current, recordings, progress)
         gain = current.fit.loss - after.fit.loss
