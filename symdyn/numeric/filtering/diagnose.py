@@ -25,6 +25,7 @@ from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.model import Model, prepare
 from symdyn.numeric.filtering.structure import EFFECT, TITLE, rigid_joints, with_shaft
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
+from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
 
@@ -117,9 +118,19 @@ def _finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step,
         chosen.p_value,
         rivals,
         others,
-        (candidate.place.address, *elsewhere),
+        _with_fixed_rotors(model, (candidate.place.address, *elsewhere), candidate.effect),
         chosen.gain,
     )
+
+
+def _with_fixed_rotors(model: Model, places: tuple[str, ...], effect: str) -> tuple[str, ...]:
+    """A rotor that is fixed to its joint is one place with it."""
+    found = list(places)
+    for joint in model.robot.joints:
+        fixed = {f"{joint.name}.{r.name}" for r in (joint.drive.rotors if joint.drive else ()) if r.fixed_to_joint}
+        if joint.name in places:
+            found += [place for place in rigid_group(joint, effect) if place in fixed]
+    return tuple(found)
 
 
 def _reexamined(
