@@ -14,8 +14,8 @@ from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Score, scores
-from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors
-from symdyn.numeric.regression import long_run_covariance
+from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors, sizes
+from symdyn.numeric.regression import encompassing, long_run_covariance
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -39,6 +39,7 @@ class Explanation:
     score: Array  # (N,) log-likelihood of each held-out sample
     errors: tuple[Array, Array]  # (m,) free-run errors: training, held out
     predicted: Array  # (N, m) held-out free runs
+    off: Array  # (N, m) their errors, relative to how far each channel moves
 
     @property
     def heldout(self) -> float:
@@ -62,7 +63,8 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
     score = -0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1)
     predicted = free_runs(judge, fitted.p)
     training = relative_errors(fitted.bench, free_runs(fitted.bench, fitted.p))
-    return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted)
+    off = (judge.signals.y - predicted) / sizes(judge.signals)
+    return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted, off)
 
 
 def with_effect(
@@ -155,9 +157,15 @@ def _price(model: Model, candidate: Candidate) -> float:
 
 
 def heldout_p_value(before: Explanation, after: Explanation) -> float:
-    """One-sided, of no gain of the held-out likelihood; samples that are correlated are allowed for."""
+    """One-sided, of no gain on held-out data: in likelihood, or in free runs, which no unknown force helps along.
+
+    The smaller of the two, doubled; samples that are correlated are allowed for in both.
+    """
     difference = after.score - before.score
     if not np.all(np.isfinite(difference)):
         return 1.0
     spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
-    return float(stats.norm.sf(float(np.mean(difference)) / max(spread, 1e-300)))
+    likelihood = float(stats.norm.sf(float(np.mean(difference)) / max(spread, 1e-300)))
+    whole = np.all(np.isfinite(before.off) & np.isfinite(after.off), axis=1)
+    gain, running = encompassing(before.off[whole], after.off[whole])
+    return min(1.0, 2.0 * min(likelihood, running if gain > 0 else 1.0))
