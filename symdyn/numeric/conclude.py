@@ -61,7 +61,9 @@ def conclude(
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
     wrong = refuted(case, final, remaining)
-    told += [f"the law of {label} does not hold: what is left follows the {remaining.variable}" for label in wrong]
+    told += [
+        f"the law of {label} does not hold exactly: what is left follows the {remaining.variable}" for label in wrong
+    ]
     density = noise_density(judge, emitted.values)
     before = case.errors(given)
     return Diagnosis(

@@ -144,8 +144,8 @@ def test_rivals_are_named() -> None:
     unsure = replace(RIPPLE, rivals=(Rival("linear_spring", "elbow", 0.31),))
     told = replace(diagnosis(None, unsure), verdict=Verdict.AMBIGUOUS)
     table = outline(rivals_table(told)).text
-    assert "linear spring at elbownot told apart: p = 0.31" in table
-    assert "linear spring at elbow11 % held out, where the finding leaves 4.9 %" in table
+    assert "torque ripple (cogging) at elbowlinear spring at elbowas wellnot told apart, p = 0.31" in table
+    assert "linear spring at elbow11 % instead of 4.9 %told apart" in table
     assert "No motion has been designed" in next_experiment_text(told)
 
 

@@ -23,10 +23,11 @@ def left(share: float, structured: bool = True) -> Remaining:
         ((), left(0.4), False, Verdict.UNEXPLAINED),
         ((SURE,), left(0.0, False), False, Verdict.MISSING_PHYSICS),
         ((SURE,), left(0.4), False, Verdict.MISSING_PHYSICS),
-        ((SURE,), left(0.4), True, Verdict.UNEXPLAINED),
+        ((SURE,), left(0.4), True, Verdict.MISSING_PHYSICS),
+        ((SURE,), left(0.9), True, Verdict.UNEXPLAINED),
         ((SURE, UNSURE), left(0.0, False), False, Verdict.AMBIGUOUS),
         ((UNSURE,), left(0.4), False, Verdict.AMBIGUOUS),
-        ((UNSURE,), left(0.4), True, Verdict.UNEXPLAINED),
+        ((UNSURE,), left(0.9), True, Verdict.UNEXPLAINED),
     ],
 )
 def test_rules(findings: tuple[Finding, ...], remaining: Remaining, refuted: bool, verdict: Verdict) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from symdyn.faces.report.series import amplitude_density, binned_mean, longest_run, thinned, worst_window
@@ -116,6 +117,9 @@ def _spectrum(traces: Traces, band: float) -> Markup:
             ax.axhline(traces.noise[j], color=QUIET, linewidth=1.2, dashes=(1, 2))
         if peak > 0:
             ax.set_yscale("log")
+            low, high = ax.get_ylim()
+            if high > 20.0 * low:  # powers of ten are labels enough
+                ax.yaxis.set_minor_formatter(NullFormatter())
         ax.set_title(traces.joints[j], parse_math=False)
         ax.set_xlabel("frequency, Hz", parse_math=False)
         ax.set_ylabel(f"residual, {_unit(traces.effort_units[j])}/√Hz", parse_math=False)

@@ -73,16 +73,16 @@ def rivals_table(diagnosis: Diagnosis) -> Markup:
     for finding in diagnosis.findings:
         mine = f"{finding.title} at {finding.place}"
         for rival in finding.rivals:
-            told = Markup("<b>not told apart</b>: {}").format(probability(rival.p_value))
-            rows.append((mine, f"{effect_title(rival.effect)} at {rival.place}", told))
+            told = Markup("<b>not told apart</b>, {}").format(probability(rival.p_value))
+            rows.append((mine, f"{effect_title(rival.effect)} at {rival.place}", "as well", told))
+            mine = ""
         for other in finding.alternatives:
-            told = Markup("{} held out, where the finding leaves {}").format(
-                percent(other.heldout), percent(finding.heldout_after)
-            )
-            rows.append((mine, f"{effect_title(other.effect)} at {other.place}", told))
+            errors = f"{percent(other.heldout)} instead of {percent(finding.heldout_after)}"
+            rows.append((mine, f"{effect_title(other.effect)} at {other.place}", errors, Markup("told apart")))
+            mine = ""
     if not rows:
         return paragraph("No other known effect came near." if diagnosis.findings else "There is no finding to rival.")
-    return table(("Finding", "Instead of it", "How it does"), rows)
+    return table(("Finding", "Instead of it", "Would leave", ""), rows)
 
 
 def next_experiment_text(diagnosis: Diagnosis) -> Markup:
@@ -90,6 +90,8 @@ def next_experiment_text(diagnosis: Diagnosis) -> Markup:
     planned = diagnosis.next_experiment
     if planned is None and any(finding.rivals for finding in diagnosis.findings):
         return paragraph("No motion has been designed yet that would tell the rivals apart.")
+    if planned is None and diagnosis.remaining.structured:
+        return paragraph("None was designed: no two known effects compete for what is left.")
     if planned is None:
         return paragraph("None is needed to tell explanations apart.")
     between = " from ".join(f"{effect_title(effect)} at {place}" for effect, place in planned.between[:2])
