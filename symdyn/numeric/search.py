@@ -137,7 +137,12 @@ def rank(
     earning = sorted((t for t in earning if t.admissible), key=lambda t: t.loss)
     if earning:
         best = earning[0]
-        tied = [t for t in earning if t is best or encompassing(t.errors, best.errors)[1] > TIE]
+        # What the best one has beyond another that it contains must earn its place like any finding.
+        tied = [
+            t
+            for t in earning
+            if t is best or encompassing(t.errors, best.errors)[1] > (level if search.contains(best, t) else TIE)
+        ]
         tied.sort(key=lambda t: (t.candidate.size, t.loss))
         earning = tied + [t for t in earning if t not in tied]
     return earning, refused
