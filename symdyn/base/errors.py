@@ -60,6 +60,10 @@ class InputError(SymdynError):
     exit_code = 3
 
 
+class BadRecording(InputError):
+    """A recording fails its checks: whatever were concluded from it would be about its faults."""
+
+
 class NumericalError(SymdynError):
     """A computation failed: it diverged, or a matrix was singular."""
 

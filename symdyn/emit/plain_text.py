@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import sympy as sp
@@ -12,6 +13,7 @@ from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit import latex
 from symdyn.emit.plain_laws import laws
 from symdyn.physics import catalogue
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.records import Robot
 
 
@@ -53,14 +55,32 @@ def catalogue_rows() -> list[dict[str, Any]]:
                 "effect": effect.identifier,
                 "title": effect.title,
                 "at": sorted(str(kind) for kind in effect.attaches_to),
-                "parameters": {p.name: {str(m): unit for m, unit in p.units.items()} for p in effect.parameters},
+                "parameters": {p.name: _parameter(p) for p in effect.parameters},
                 "laws": dict(laws(effect)),
                 "signature": effect.signature,
                 "rivals": list(effect.rivals),
+                "builds_on": effect.builds_on,
+                "proposable": effect.proposable,
                 "source": effect.source,
             }
         )
     return rows
+
+
+def _parameter(schema: ParameterSchema) -> dict[str, Any]:
+    """Units by the motion of the place; ``null`` is the value at which the effect vanishes, "inf" without limit (none: any)."""
+    return {
+        "units": {str(motion): unit for motion, unit in schema.units.items()},
+        "null": "inf" if schema.null == math.inf else schema.null,
+        "lower": _finite(schema.lower),
+        "upper": _finite(schema.upper),
+        "meaning": schema.meaning,
+        "searched": str(schema.scan) if schema.scan is not Scan.NONE else None,
+    }
+
+
+def _finite(bound: float | None) -> float | None:
+    return bound if bound is not None and math.isfinite(bound) else None
 
 
 def _sum(text: _Text, terms: list[sp.Expr]) -> str:

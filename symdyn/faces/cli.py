@@ -258,11 +258,17 @@ def identify(
 @app.command()
 def diagnose(
     model: Model,
-    recording: Path,
-    holdout: Annotated[
-        Path,
-        typer.Option("--holdout", help="Another recording of the same machine: it judges, nothing is fitted to it."),
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING...", help="One run of the machine, or several.")
     ],
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--holdout",
+            help="Another recording of the same machine, on which nothing is fitted and which judges; repeatable. "
+            "Default: blocks of each recording, a third of it, are set aside to judge.",
+        ),
+    ] = None,
     base: Base = None,
     tip: Tip = None,
     lock_others: Lock = False,
@@ -288,7 +294,7 @@ def diagnose(
 
     chain = chain_of(base, tip, lock_others)
     code = recording_commands.diagnose(
-        model, chain, recording, holdout, channel_map, band, report, model_out, generate, json,
+        model, chain, recordings, holdout or [], channel_map, band, report, model_out, generate, json,
         experiment, limits or [], duration,
     )  # fmt: skip
     if code:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 from symdyn import compiler
 from symdyn.base.errors import Problem, UsageError
@@ -12,6 +13,7 @@ from symdyn.base.files import write_atomically
 from symdyn.emit.targets import DEFAULT_TARGET
 from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
 from symdyn.faces.recordings import open_recording
+from symdyn.numeric.recording import Recording
 from symdyn.spec.machines import machine_file, machine_names
 from symdyn.spec.places import places
 from symdyn.spec.records import Robot
@@ -38,10 +40,7 @@ def check(model: str | None, chain: Chain, recordings: list[Path], channel_map: 
                 "effects": [{"type": e.type, "at": e.at} for e in robot.effects],
                 "parameters": {p.name: {"value": p.value, "unit": p.unit} for p in robot.parameters},
                 "warnings": [str(w) for w in (*warnings, *(w for r in read for w in r.warnings))],
-                "recordings": [
-                    {"name": r.name, "samples": len(r.time), "sample_time": r.sample_time, "segments": len(r.segments)}
-                    for r in read
-                ],
+                "recordings": [_recording_facts(recording) for recording in read],
             }
         )
         return
@@ -142,6 +141,12 @@ def effects(json: bool) -> None:
         out.print(f"\n{r['effect']}: {r['title']} ({r['source']})", markup=False)
         for quantity, law in r["laws"].items():
             out.print(f"  {quantity} = {law}", markup=False)
+        for name, parameter in r["parameters"].items():
+            units = " or ".join(dict.fromkeys(parameter["units"].values()))
+            null = "" if parameter["null"] is None else f"; none at {float(parameter['null']):g}"
+            out.print(f"  {name} [{units}]: {parameter['meaning']}{null}", markup=False)
+        if r["builds_on"]:
+            out.print(f"  corrects: {r['builds_on']}", markup=False)
         if r["rivals"]:
             out.print(f"  rivals: {', '.join(r['rivals'])}", markup=False)
 
@@ -151,6 +156,19 @@ def refuse_free_parameters(robot: Robot) -> None:
     free = [p.name for p in robot.parameters if p.value is None]
     if free:
         raise UsageError(Problem("SD304", f"these parameters have no value: {', '.join(free)}", robot.where))
+
+
+def _recording_facts(recording: Recording) -> dict[str, Any]:
+    return {
+        "name": recording.name,
+        "samples": len(recording.time),
+        "sample_time": recording.sample_time,
+        "segments": len(recording.segments),
+        "channels": [
+            {"quantity": quantity, "joint": joint, "side": side, "quantisation_noise": noise}
+            for (quantity, joint, side), noise in recording.quantisation.items()
+        ],
+    }
 
 
 def _list_machines(json: bool) -> None:

@@ -7,14 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symdyn import compiler
-from symdyn.base.errors import Problem, UsageError
+from symdyn.base.errors import BadRecording, Problem, UsageError
 from symdyn.base.files import check_writable, write_atomically
-from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
+from symdyn.faces.console import err, out, print_error, print_json, print_table, print_warnings, status
 from symdyn.faces.experiment_command import add_experiment, check_plan
-from symdyn.faces.recordings import open_recording
-from symdyn.faces.words import effect_title, percent, quantity_text, verdict_sentence
+from symdyn.faces.recordings import open_recording, open_recordings
+from symdyn.faces.words import VERDICT_MEANINGS, effect_title, percent, quantity_text, verdict_sentence
 from symdyn.numeric.experiment.next_experiment import Plan
-from symdyn.numeric.findings import Diagnosis, Verdict
+from symdyn.numeric.findings import Diagnosis, Verdict, bad_recording_json
+from symdyn.numeric.runs import training_and_heldout
+from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
 DEMO = Path(__file__).parent.parent / "demo"
@@ -42,8 +44,8 @@ def identify(
 def diagnose(
     model: str,
     chain: Chain,
-    recording: Path,
-    holdout: Path,
+    recordings: Sequence[Path],
+    holdout: Sequence[Path],
     channel_map: Path | None,
     band: float | None,
     report: Path | None,
@@ -54,7 +56,7 @@ def diagnose(
     limits: Sequence[str] = (),
     duration: float = 20.0,
 ) -> int:
-    """Returns the exit code: 1 when something is left that no known effect explains."""
+    """Returns the exit code: 1 when something is left that no known effect explains, 3 for a bad recording."""
     from symdyn.numeric.diagnose import diagnose as run
 
     _check_band(band)
@@ -64,14 +66,17 @@ def diagnose(
         if path is not None:
             check_writable(path)
     robot = compiler.load_robot(model, chain)
-    training, judge = (open_recording(path, robot, channel_map) for path in (recording, holdout))
-    if training.sha256 == judge.sha256:
-        raise UsageError(Problem("SD010", "the held-out recording must not be the one that is fitted"))
-    print_warnings((*training.warnings, *judge.warnings))
-    with status(json) as progress:
-        result = run(robot, training, judge, band=band, progress=progress)
-        if experiment is not None:
-            result = add_experiment(result, training, limits, plan, experiment, progress)
+    try:
+        training, judges = open_recordings(recordings, holdout, robot, channel_map)
+        for recording in (*training, *judges):
+            print_warnings(recording.warnings)
+        with status(json) as progress:
+            result = run(robot, training, judges or None, band=band, progress=progress)
+            if experiment is not None:
+                fitted, _ = training_and_heldout(training, judges or None)
+                result = add_experiment(result, fitted, limits, plan, experiment, progress)
+    except BadRecording as bad:
+        return _refused(robot, bad, json)
     if model_out is not None:
         write_atomically(model_out, _model_text(result, model, chain, model_out))
     if generate is not None:
@@ -93,6 +98,16 @@ def diagnose(
     return 1 if result.verdict is Verdict.UNEXPLAINED or result.remaining.structured else 0
 
 
+def _refused(robot: Robot, bad: BadRecording, json: bool) -> int:
+    """Tell that nothing was diagnosed, and why."""
+    if json:
+        print_json(bad_recording_json(robot.name, bad.problems))
+    else:
+        out.print(VERDICT_MEANINGS[Verdict.BAD_RECORDING], style="bold", markup=False)
+    print_error(bad)
+    return bad.exit_code
+
+
 def _check_band(band: float | None) -> None:
     if band is not None and not (math.isfinite(band) and band > 0.0):
         raise UsageError(Problem("SD010", f"--band is a frequency in Hz above zero, not {band}"))
@@ -109,8 +124,8 @@ def demo(folder: Path, json: bool) -> int:
     return diagnose(
         str(DEMO / "two-link.toml"),
         WHOLE,
-        DEMO / "identification.csv.gz",
-        DEMO / "holdout.csv.gz",
+        [DEMO / "identification.csv.gz"],
+        [DEMO / "holdout.csv.gz"],
         None,
         None,
         folder / "report.html",
@@ -155,7 +170,5 @@ def show(result: Diagnosis) -> None:
     out.print(
         f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False
     )
-    if result.next_experiment is not None:
-        out.print(f"next experiment: {result.next_experiment.why}", markup=False)
     for alarm in result.alarms:
         out.print(f"note: {alarm}", markup=False)

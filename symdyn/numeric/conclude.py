@@ -10,9 +10,17 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import bounds
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
-from symdyn.numeric.findings import Diagnosis, Errors, Finding, Remaining, Traces, Verdict
+from symdyn.numeric.findings import Diagnosis, Errors, Finding, Located, NoiseFloor, Remaining, Traces
 from symdyn.numeric.fitting import relative_error
+from symdyn.numeric.free_form import Fitted
+from symdyn.numeric.groups import rigid_group
+from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover
+from symdyn.numeric.locate import Left, located
+from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.skew import Skew
+from symdyn.numeric.standstill import admissible_residual
+from symdyn.numeric.verdict import verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_parameter
 from symdyn.spec.records import Robot
@@ -30,6 +38,7 @@ def conclude(
     alarms: Sequence[str],
     training: str,
     heldout: str,
+    skew: Skew | None = None,
 ) -> Diagnosis:
     """Write the new robot, re-emit its kernel, and take every number "after" from that kernel."""
     diagnosed = specification(case, final)
@@ -39,29 +48,58 @@ def conclude(
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
     after = Errors(relative_error(r_training, bench.effort), relative_error(r_heldout, judge.effort))
     remaining = leftover(
-        (r_training, _motion(bench)),
-        (r_heldout, _motion(judge)),
+        (admissible_residual(bench, emitted.values), _motion(bench)),
+        (admissible_residual(judge, emitted.values), _motion(judge)),
         [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
         after.heldout,
         judge.samples_per_period,
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
+    told = []
+    if skew is not None:
+        told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
+        if not remaining.structured:
+            remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
+    wrong = refuted(case, final, remaining)
+    told += [f"the law of {label} does not hold: what is left follows the {remaining.variable}" for label in wrong]
+    density = noise_density(judge, emitted.values)
+    before = case.errors(given)
     return Diagnosis(
-        verdict=_verdict(findings, remaining),
+        verdict=verdict_of(findings, remaining, before, after, bool(wrong)),
         robot=case.robot,
         diagnosed=diagnosed,
         findings=tuple(findings),
         model=case.model_parameters(final),
-        before=case.errors(given),
+        before=before,
         after=after,
         per_joint={joint: Errors(float(a), float(b)) for joint, a, b in per_joint},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *_absorbing(case, final)))),
+        alarms=tuple(dict.fromkeys((*alarms, *told, *_absorbing(case, final)))),
         band=case.bench.band.cutoff if case.bench.band else 0.0,
         training=training,
         heldout=heldout,
-        traces=_traces(case, given, judge, r_heldout),
+        traces=_traces(case, given, judge, r_heldout, density),
+        located=_located(case, given),
+        noise_floor=_noise_floor(case, bench, judge, noise_density(bench, emitted.values), density),
     )
+
+
+def _located(case: Case, given: Explanation) -> tuple[Located, ...]:
+    """Where the model as given is not enough, by what each joint's residual follows."""
+    fitted = Fitted(given.fit.p, given.fit.names, given.weight, case.joints)
+    residuals = Left(*(admissible_residual(w, given.fit.p) * given.weight for w in (case.bench, case.judge)))
+    return located(case.bench, case.judge, fitted, residuals, [rigid_group(joint) for joint in case.robot.joints])
+
+
+def _noise_floor(case: Case, bench: Workbench, judge: Workbench, training: Array, heldout: Array) -> NoiseFloor:
+    """What noise of these densities alone would leave of the effort, relative."""
+    shares = []
+    for made, density in ((bench, training), (judge, heldout)):
+        size = np.sqrt(np.mean(made.effort**2, axis=0))
+        shares.append(np.divide(in_band(density, made), size, out=np.zeros_like(size), where=size > 0))
+    whole = [float(np.sqrt(np.mean(share**2))) for share in shares]
+    per_joint = {joint: Errors(float(a), float(b)) for joint, a, b in zip(case.joints, *shares, strict=True)}
+    return NoiseFloor(Errors(*whole), per_joint)
 
 
 def specification(case: Case, final: Explanation) -> Robot:
@@ -86,14 +124,6 @@ def _motion(bench: Workbench) -> Array:
     return bench.bring(np.concatenate([o.q, o.qd, o.qdd], axis=1))
 
 
-def _verdict(findings: Sequence[Finding], remaining: Remaining) -> Verdict:
-    if any(f.rivals for f in findings):
-        return Verdict.AMBIGUOUS
-    if findings:
-        return Verdict.MISSING_PHYSICS
-    return Verdict.UNEXPLAINED if remaining.structured else Verdict.COMPLETE
-
-
 def _absorbing(case: Case, final: Explanation) -> list[str]:
     """Parameters that ran to a bound: they are taking up structure that the model lacks."""
     limits = bounds(case.robot)
@@ -104,7 +134,7 @@ def _absorbing(case: Case, final: Explanation) -> list[str]:
     ]
 
 
-def _traces(case: Case, given: Explanation, judge: Workbench, after: Array) -> Traces:
+def _traces(case: Case, given: Explanation, judge: Workbench, after: Array, noise: Array) -> Traces:
     o = judge.observation
     return Traces(
         time=judge.bring(o.time[:, None])[:, 0],
@@ -115,4 +145,5 @@ def _traces(case: Case, given: Explanation, judge: Workbench, after: Array) -> T
         after=judge.effort - after,
         joints=tuple(case.joints),
         effort_units=judge.kernel.effort_units,
+        noise=noise,
     )

@@ -12,13 +12,19 @@ from symdyn.compiler import compile_robot
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, augmented, bounds, candidates
 from symdyn.numeric.conclude import conclude
+from symdyn.numeric.evidence import gaussian_gain
+from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, own_parameters, ready
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
 from symdyn.numeric.fitting import fit, joint_weight
+from symdyn.numeric.groups import rigid_group
+from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import encompassing
+from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, Trial, rank
+from symdyn.numeric.skew import check_skew
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
 
@@ -31,8 +37,8 @@ ALTERNATIVES = 3  # shown per step
 
 def diagnose(
     robot: Robot,
-    training: Recording,
-    heldout: Recording,
+    training: Runs,
+    heldout: Runs | None = None,
     *,
     band: float | None = None,
     progress: Progress = lambda _: None,
@@ -40,13 +46,16 @@ def diagnose(
     """Explain what the model lacks.
 
     Effects are chosen on ``training`` alone, by blocked cross-validation; ``heldout`` judges each
-    one. ``band`` in Hz fixes the analysis band (None: found from the residual).
+    one. Either is a recording or several; without ``heldout``, blocks of the training recordings judge
+    (``runs.split``). ``band`` in Hz fixes the analysis band (None: found from the residual).
 
-    Raises InputError when the recordings do not measure what the model's equations need, and
-    NumericalError when the model as given cannot be fitted.
+    Raises InputError when the recordings do not measure what the model's equations need, or do not go
+    together; BadRecording when their mismatch is that of a recording, not of a machine; NumericalError
+    when the model as given cannot be fitted.
     """
+    fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
-        return _diagnose(robot, training, heldout, band, progress)
+        return _diagnose(robot, fitted, judge, band, progress)
 
 
 def _diagnose(
@@ -67,8 +76,10 @@ def _diagnose(
         current = better
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
     current, findings = _reexamined(case, current, findings, alarms)
+    skew = check_skew(case, given, current)
+    alarms += unexcited(case.bench, given.fit.p, given.fit.names, given.training, given.weight)
     findings = [_with_rivals(case, current, finding, proposed, progress) for finding in findings]
-    return conclude(case, given, current, findings, alarms, training.name, heldout.name)
+    return conclude(case, given, current, findings, alarms, training.name, heldout.name, skew)
 
 
 def prepare(
@@ -145,6 +156,8 @@ def _finding(
         heldout_gain(before, after)[1],
         (),
         alternatives,
+        rigid_group(case.robot.joints[case.joints.index(candidate.place.address)], candidate.effect),
+        gaussian_gain(before.heldout, after.heldout, independent_samples(case.judge)),
     )
 
 
@@ -171,20 +184,23 @@ def _reexamined(
 def _with_rivals(
     case: Case, current: Explanation, finding: Finding, proposed: Sequence[Candidate], progress: Progress
 ) -> Finding:
-    """What could stand in the finding's place: effects there that it does not improve on, beyond chance."""
+    """What it does not improve on beyond chance: other effects at its place (rivals), itself elsewhere (group)."""
     progress(f"looking for rivals of {finding.title} at {finding.place}")
     mine = next(i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place))
     rest = case.explain(tuple(item for item in current.found if item is not mine))
     search = Search(case.bench, rest.fit.p, rest.fit.names, rest.weight, case.joints)
     own = search.trial(mine[0])
-    rivals = []
+    rivals, group = [], list(finding.group)
     for other in ready(proposed, case.robot, rest.effects):
-        if other.place != mine[0].place or other is mine[0]:
+        if other is mine[0] or (other.place != mine[0].place and other.effect != mine[0].effect):
             continue
         trial = search.trial(other)
         if search.contains(trial, own):
             continue  # the finding and more: it fits as well by being the same
         p_value = encompassing(trial.errors, own.errors)[1]
         if trial.admissible and trial.gain > 0 and p_value > TIE:
-            rivals.append(Rival(other.effect, other.place.address, p_value))
-    return replace(finding, rivals=tuple(rivals))
+            if other.place == mine[0].place:
+                rivals.append(Rival(other.effect, other.place.address, p_value))
+            else:
+                group.append(other.place.address)
+    return replace(finding, rivals=tuple(rivals), group=tuple(group))

@@ -31,6 +31,7 @@ class Observation:
     segments: tuple[slice, ...]
     sample_time: float
     cutoff: float  # Hz: positions were low-passed there before they were differentiated
+    measured: Array  # (N, n) positions before that
 
     @property
     def rate(self) -> float:
@@ -58,7 +59,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         qd[part] = np.gradient(smooth, time, axis=0)
         qdd[part] = np.gradient(qd[part], time, axis=0)
     tau = measured_effort(robot, kernel, recording)
-    return Observation(recording.time, q, qd, qdd, tau, recording.segments, recording.sample_time, limit)
+    return Observation(recording.time, q, qd, qdd, tau, recording.segments, recording.sample_time, limit, positions)
 
 
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:

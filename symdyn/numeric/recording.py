@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -10,12 +10,16 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.base.errors import InputError, Problem, Where
-from symdyn.numeric.recording_checks import check_channels, check_time, split_at_gaps
+from symdyn.base.errors import BadRecording, InputError, Problem, Where
+from symdyn.numeric.recording_checks import check_channels
+from symdyn.numeric.recording_quality import check_sensors, quantisation_noise
+from symdyn.numeric.recording_time import check_time, split_at_gaps
 from symdyn.numeric.tables import read_table
+from symdyn.numeric.tables.raw_table import RawTable
 from symdyn.spec.records import Channel, ChannelMap, Quantity, Side
 
 ChannelKey = tuple[Quantity, str, Side]
+UNREADABLE = frozenset({"SD504", "SD505"})  # of a file that is there, but holds no table of finite numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +37,11 @@ class Recording:
     segments: tuple[slice, ...]
     warnings: tuple[Problem, ...]
     sha256: str
+
+    @property
+    def quantisation(self) -> Mapping[ChannelKey, float]:
+        """Noise of rounding of each channel, a standard deviation in SI units; 0 where it has no steps."""
+        return {key: quantisation_noise(values) for key, values in self.channels.items()}
 
     def has(self, quantity: Quantity, joint: str, side: Side | None = None) -> bool:
         """Whether the quantity was measured at the joint (``side`` None: at either side)."""
@@ -59,12 +68,13 @@ class Recording:
 def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     """Read and check a recording.
 
-    Raises InputError with every problem found, each with the file, its line and its column (codes
-    SD501 to SD523). What is only suspect stands in ``Recording.warnings``.
+    Raises BadRecording with every problem found in the numbers, each with the file, its line and its
+    column (codes SD501 to SD530), and InputError where the file or a column is not there. What is only
+    suspect stands in ``Recording.warnings``.
     """
     path = Path(path)
     _refuse_duplicates(channel_map)
-    table = read_table(path, (channel_map.time_column, *(channel.column for channel in channel_map.channels)))
+    table = _table(path, (channel_map.time_column, *(channel.column for channel in channel_map.channels)))
     time = table.values[channel_map.time_column] * channel_map.time_factor
     time_column = table.positions[channel_map.time_column]
 
@@ -73,13 +83,14 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
 
     problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), table.lines)
     if problems:
-        raise InputError(problems)
+        raise BadRecording(problems)
     segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
     measured = [(channel, _to_si(table.values[channel.column], channel)) for channel in channel_map.channels]
     places = {channel: Where(str(path), 1, table.positions[channel.column]) for channel in channel_map.channels}
     errors, warnings = check_channels(time, segments, measured, places)
-    if gap_errors or errors:
-        raise InputError((*gap_errors, *errors))
+    worse, more = check_sensors(time, segments, measured, places)
+    if gap_errors or errors or worse:
+        raise BadRecording((*gap_errors, *errors, *worse))
     time.setflags(write=False)
     return Recording(
         name=path.name.removesuffix(".gz").rpartition(".")[0],
@@ -87,9 +98,18 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
         channels=MappingProxyType({_key(channel): values for channel, values in measured}),
         sample_time=float(np.median(np.diff(time))),
         segments=segments,
-        warnings=(*gap_warnings, *warnings),
+        warnings=(*gap_warnings, *warnings, *more),
         sha256=table.sha256,
     )
+
+
+def _table(path: Path, columns: Sequence[str]) -> RawTable:
+    try:
+        return read_table(path, columns)
+    except InputError as error:
+        if any(problem.code in UNREADABLE for problem in error.problems):
+            raise BadRecording(error.problems) from error
+        raise
 
 
 def _key(channel: Channel) -> ChannelKey:

@@ -78,7 +78,7 @@ def test_version() -> None:
         ("derive",),
         ("latex", "two-link", "emps"),
         ("identify", "emps"),
-        ("diagnose", "emps", "a.csv"),
+        ("diagnose", "emps"),
         ("simulate", "emps", "--duration", "soon"),
         ("identify", "emps", "a.csv", "--band", "wide"),
         ("generate",),
@@ -175,7 +175,21 @@ def test_check_says_what_is_in_a_model_and_its_recordings(rod: Path, tmp_path: P
         },
         "warnings": [],
         "recordings": [
-            {"name": name, "samples": 4000, "sample_time": pytest.approx(0.005), "segments": 1}
+            {
+                "name": name,
+                "samples": 4000,
+                "sample_time": pytest.approx(0.005),
+                "segments": 1,
+                "channels": [
+                    {
+                        "quantity": quantity,
+                        "joint": "pivot",
+                        "side": "link",
+                        "quantisation_noise": pytest.approx(0, abs=1e-6),
+                    }
+                    for quantity in ("position", "effort")
+                ],
+            }
             for name in ("monday", "tuesday")
         ],
     }
@@ -267,17 +281,24 @@ def test_effects_lists_the_catalogue() -> None:
     assert (done.code, done.err) == (0, "")
     rows = {row["effect"]: row for row in done.json()}
     assert list(rows) == list(catalogue())
-    keys = {"effect", "title", "at", "parameters", "laws", "signature", "rivals", "source"}
+    keys = {"effect", "title", "at", "parameters", "laws", "signature", "rivals", "builds_on", "proposable", "source"}
     assert all(row.keys() == keys for row in rows.values())
     viscous = rows["viscous_friction"]
     assert viscous["at"] == ["inertia", "joint", "shaft"]
-    assert viscous["parameters"] == {"coefficient": {"rotational": "N m s/rad", "translational": "N s/m"}}
+    coefficient = viscous["parameters"]["coefficient"]
+    assert coefficient["units"] == {"rotational": "N m s/rad", "translational": "N s/m"}
+    assert (coefficient["null"], coefficient["lower"], coefficient["searched"]) == (0.0, 0.0, None)
+    order = rows["torque_ripple"]["parameters"]["order"]
+    assert (order["null"], order["searched"]) == (None, "angle_order")
+    assert rows["stribeck_friction"]["builds_on"] == "coulomb_friction"
     assert viscous["laws"] == {"dissipation function": "coefficient*v**2/2"}
     assert rows["dahl_friction"]["laws"]["d elastic_deflection / dt"].startswith("-elastic_deflection*stiffness*Abs(v)")
     assert all(row["laws"] for row in rows.values())
     shown = run("effects")
     assert (shown.code, shown.err) == (0, "")
     assert all(row["signature"].split(" ")[0] in shown.out for row in rows.values())
+    assert "  level [N m or N]: size of the friction force; none at 0\n" in shown.out
+    assert "  corrects: coulomb_friction\n" in shown.out
 
 
 def test_simulate_writes_named_columns_that_conserve_energy(rod: Path, tmp_path: Path) -> None:

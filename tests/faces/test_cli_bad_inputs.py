@@ -250,8 +250,8 @@ def rod(tmp_path: Path) -> Path:
     return path
 
 
-def assert_refused(rod: Path, bad: Path, place: str, told: str) -> None:
-    """Both as the recording that is fitted and as the one that judges."""
+def assert_refused(rod: Path, bad: Path, place: str, told: str, verdict: bool = True) -> None:
+    """Both as the recording that is fitted and as the one that judges; a file that is there gets a ``verdict``."""
     folder = rod.parent
     _, sound = write_pair(folder, nothing, count=400)
     before = contents(folder)
@@ -262,7 +262,11 @@ def assert_refused(rod: Path, bad: Path, place: str, told: str) -> None:
         ("check", rod, sound, bad, "--json"),
     ):
         done = run(*arguments)
-        assert (done.code, done.out) == (3, "")
+        assert done.code == 3
+        if verdict and arguments[0] == "diagnose":
+            assert done.json()["verdict"] == "bad_recording"
+        else:
+            assert done.out == ""
         assert done.err.startswith(f"error: {bad}{place}")
         assert done.err.count("error: ") == 1
         assert told in done.err
@@ -282,20 +286,20 @@ def test_a_bad_recording_is_refused(case: str, rod: Path, tmp_path: Path) -> Non
     made = content()
     bad = tmp_path / "run.csv"
     bad.write_bytes(made.encode() if isinstance(made, str) else made)
-    assert_refused(rod, bad, place, told)
+    assert_refused(rod, bad, place, told, verdict="SD510" not in place)
 
 
 @pytest.mark.parametrize("case", BAD_FILES)
 def test_a_bad_file_of_a_recording_is_refused(case: str, rod: Path, tmp_path: Path) -> None:
     name, content, place, told = BAD_FILES[case]
     (tmp_path / name).write_bytes(content())
-    assert_refused(rod, tmp_path / name, place, told)
+    assert_refused(rod, tmp_path / name, place, told, verdict="SD523" not in place)
 
 
 @pytest.mark.parametrize(("name", "told"), [("missing.csv", "No such file"), ("folder.csv", "directory")])
 def test_no_recording_there_is_refused(name: str, told: str, rod: Path, tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
-    assert_refused(rod, tmp_path / name, ": SD505: cannot read the file: ", told)
+    assert_refused(rod, tmp_path / name, ": SD513: cannot read the file: ", told, verdict=False)
 
 
 @pytest.mark.parametrize(

@@ -149,7 +149,9 @@ def test_verdict_and_exit_code(hidden: Hidden, verdict: str, code: int, words: s
     assert "kernel/kernel.py" in files
 
 
-@pytest.mark.parametrize(("verdict", "code"), [(v, int(v is Verdict.UNEXPLAINED)) for v in Verdict])
+@pytest.mark.parametrize(
+    ("verdict", "code"), [(v, int(v is Verdict.UNEXPLAINED)) for v in Verdict if v is not Verdict.BAD_RECORDING]
+)
 def test_only_what_stays_unexplained_fails(verdict: Verdict, code: int, tmp_path: Path) -> None:
     found = verdict in (Verdict.MISSING_PHYSICS, Verdict.AMBIGUOUS)
     result = replace(diagnosis(), verdict=verdict) if found else without_findings(verdict)
@@ -168,7 +170,7 @@ def test_demo_diagnoses_what_ships_into_one_folder(tmp_path: Path) -> None:
         mock.patch("symdyn.faces.report.write_report") as write_report,
     ):
         done = run("demo", "--out", tmp_path / "demo", "--json")
-    robot, training, heldout = made.call_args.args
+    robot, (training,), (heldout,) = made.call_args.args
     assert (robot.name, training.name, heldout.name) == ("two-link", "identification", "holdout")
     assert (training.warnings, heldout.warnings) == ((), ())
     assert (done.code, done.json()) == (0, result.to_json())
@@ -281,3 +283,51 @@ def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path: Path) 
     done = diagnose(tmp_path, nothing, "--report", tmp_path / "taken")
     assert (done.code, done.out) == (2, "")
     assert "taken" in done.err
+
+
+def test_a_recording_that_fails_is_not_diagnosed_and_says_so_in_json(tmp_path: Path) -> None:
+    model = tmp_path / "rod.toml"
+    model.write_text(PENDULUM, encoding="utf-8")
+    first, second = write_pair(tmp_path, nothing)
+    lines = first.read_text(encoding="utf-8").splitlines()
+    lines[10], lines[20] = lines[20], lines[10]
+    first.write_text("\n".join(lines), encoding="utf-8")
+    second.write_text(second.read_text(encoding="utf-8") + "1e9,nan,0\n", encoding="utf-8")
+    done = run("diagnose", model, first, "--holdout", second, "--json", "--report", tmp_path / "report.html")
+    facts = done.json()
+    assert (done.code, facts["verdict"], facts["findings"], facts["located"]) == (3, "bad_recording", [], [])
+    assert {p["code"] for p in facts["problems"]} == {"SD501", "SD504"}
+    assert {p["where"]["file"] for p in facts["problems"]} == {str(first), str(second)}
+    assert facts["fit"]["after"] == {"training": None, "heldout": None}
+    assert "SD501" in done.err
+    assert not (tmp_path / "report.html").exists()
+    good = json.loads(json.dumps(diagnosis().to_json()))
+    assert set(facts) == set(good)
+    assert set(facts["remaining"]) == set(good["remaining"])
+    assert set(facts["fit"]) == set(good["fit"])
+    told = run("diagnose", model, first)
+    assert told.code == 3
+    assert told.out.startswith("The recording itself is wrong; nothing was diagnosed")
+
+
+def test_a_file_that_is_not_there_is_no_bad_recording(tmp_path: Path) -> None:
+    model = tmp_path / "rod.toml"
+    model.write_text(PENDULUM, encoding="utf-8")
+    done = run("diagnose", model, tmp_path / "none.csv", "--json")
+    assert done.code in (2, 3)
+    assert done.out == ""
+
+
+def test_diagnose_without_holdout_and_with_several_runs(tmp_path: Path) -> None:
+    model = tmp_path / "rod.toml"
+    model.write_text(PENDULUM, encoding="utf-8")
+    first, second = write_pair(tmp_path, dry_friction)
+    facts = run("diagnose", model, first, second, "--json").json()
+    assert facts["verdict"] == "missing_physics"
+    assert [f["effect"] for f in facts["findings"]] == ["coulomb_friction"]
+    assert facts["recordings"] == {
+        "training": "monday (fitted blocks), tuesday (fitted blocks)",
+        "heldout": "monday (judging blocks), tuesday (judging blocks)",
+    }
+    twice = run("diagnose", model, first, first)
+    assert (twice.code, "given twice" in twice.err) == (2, True)

@@ -196,7 +196,7 @@ def test_bad_file_is_refused(name: str, content: bytes, code: str, tmp_path: Pat
 def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
     for name in ("nothing.csv", "folder.csv"):
-        with pytest.raises(InputError, match=r"SD505: cannot read the file"):
+        with pytest.raises(InputError, match=r"SD513: cannot read the file"):
             read_recording(tmp_path / name, channel_map())
 
 

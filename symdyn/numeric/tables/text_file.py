@@ -19,7 +19,7 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 def load_text(path: Path) -> tuple[bytes, str]:
     """The text, unpacked and without a byte order mark, and the SHA-256 of the file as it lies.
 
-    Raises InputError: SD505 for what is no text, SD522 beyond 2 GiB.
+    Raises InputError: SD513 for what cannot be read, SD505 for what is no text, SD522 beyond 2 GiB.
     """
     try:
         size = path.stat().st_size
@@ -28,7 +28,7 @@ def load_text(path: Path) -> tuple[bytes, str]:
         packed = path.read_bytes()
     except OSError as error:
         hint = "check the path, relative to the folder that the command runs in"
-        raise failure(path, "SD505", f"cannot read the file: {error.strerror}", hint=hint) from error
+        raise failure(path, "SD513", f"cannot read the file: {error.strerror}", hint=hint) from error
     data = _unpack(path, packed) if path.name.lower().endswith(".gz") else packed
     if data.startswith(_UTF16_MARKS):
         raise failure(path, "SD505", "the file is UTF-16", hint="save it as UTF-8")

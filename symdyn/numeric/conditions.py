@@ -1,0 +1,142 @@
+"""Conditions that a mismatch may follow, as cells of samples: speed, reversals, angle orders, load, time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.scan import HIGHEST_ORDER, WAVES
+from symdyn.numeric.standstill import REST, speed_noise
+from symdyn.numeric.workbench import Workbench
+
+Array = NDArray[np.float64]
+Cells = NDArray[np.int_]
+
+BINS = 12  # equally filled by the training data
+SLOW = 0.1  # of the usual top speed
+SETTLED = 0.1  # of the usual travel between reversals: a mesh, a spring or a bristle has been taken up by then
+EIGHTHS = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Condition:
+    """Cell of each sample, out of ``cells``, of training (K,) and held-out data: a mean per cell is a free-form law."""
+
+    name: str
+    training: Cells
+    heldout: Cells
+    cells: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Motion:
+    """One joint's motion in the analysis band, each (K,)."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+    time: Array
+    rest: float  # speed below which no direction can be told
+
+
+def conditions(
+    bench: Workbench, judge: Workbench, joints: Sequence[str], j: int, loads: tuple[Array, Array], residual: Array
+) -> list[Condition]:
+    """What the mismatch at joint ``j`` may follow; cells have the same edges in both recordings.
+
+    ``loads`` (K, n) are the efforts that the model predicts (measured ones hold the mismatch itself).
+    ``residual`` (K,) of the training data proposes the order of the angle to be tried, no more.
+    """
+    a, b = _motion(bench, j), _motion(judge, j)
+    top = float(np.quantile(np.abs(a.qd), 0.95))
+    stroke = _stroke(a)
+    found = [
+        Condition("always", np.zeros(len(a.q), dtype=int), np.zeros(len(b.q), dtype=int), 1),
+        Condition("sign of speed", _sign(a), _sign(b), 3),
+        Condition("low speed", _slow(a, top), _slow(b, top), 6),
+        Condition("reversal", _turned(a, stroke), _turned(b, stroke), 6),
+        _binned("speed", a.qd, b.qd),
+        _binned("position", a.q, b.q),
+        _binned("acceleration", a.qdd, b.qdd),
+        _binned("load", loads[0][:, j], loads[1][:, j]),
+        Condition("time", _eighth(a, a), _eighth(b, a), 3 * EIGHTHS),
+    ]
+    order = _order(a.q, residual, float(np.median(np.abs(a.qd))), bench)
+    if order is not None:
+        found.append(Condition(f"angle order {order}", _phase(order, a.q), _phase(order, b.q), BINS))
+    for i, other in enumerate(joints):
+        if i != j:
+            one, two = _motion(bench, i), _motion(judge, i)
+            found.append(_binned(f"speed of {other}", one.qd, two.qd))
+            found.append(_binned(f"position of {other}", one.q, two.q))
+    return found
+
+
+def _motion(bench: Workbench, j: int) -> _Motion:
+    o = bench.observation
+    q, qd, qdd = (bench.bring(np.ascontiguousarray(values[:, j])) for values in (o.q, o.qd, o.qdd))
+    time = bench.bring(o.time)
+    return _Motion(q, qd, qdd, time - time[0], REST * float(speed_noise(o)[j]))
+
+
+def _binned(name: str, training: Array, heldout: Array) -> Condition:
+    edges = np.quantile(training, np.linspace(0.0, 1.0, BINS + 1)[1:-1])
+    return Condition(name, np.digitize(training, edges), np.digitize(heldout, edges), BINS)
+
+
+def _sign(motion: _Motion) -> Cells:
+    """0 backwards, 1 at rest, 2 forwards."""
+    return np.asarray(np.where(np.abs(motion.qd) < motion.rest, 1, np.where(motion.qd > 0.0, 2, 0)), dtype=np.int_)
+
+
+def _travelled(motion: _Motion) -> Array:
+    """(K,) how far the joint went since it last turned round; at first, since the start."""
+    forwards = motion.qd > 0.0
+    turned = np.flatnonzero(np.diff(forwards.astype(int)) != 0) + 1
+    starts = np.concatenate(([0], turned))
+    index = np.searchsorted(starts, np.arange(len(motion.q)), side="right") - 1
+    return np.asarray(np.abs(motion.q - motion.q[starts[index]]))
+
+
+def _stroke(motion: _Motion) -> float:
+    """Median travel between two reversals; strokes of noise at rest are left out."""
+    turned = np.flatnonzero(np.diff((motion.qd > 0.0).astype(int)) != 0) + 1
+    strokes = np.abs(np.diff(motion.q[turned]))
+    range_ = float(np.ptp(motion.q))
+    real = strokes[strokes > 0.01 * range_]
+    return float(np.median(real)) if len(real) else range_
+
+
+def _slow(motion: _Motion, top: float) -> Cells:
+    return 3 * (np.abs(motion.qd) < SLOW * top).astype(int) + _sign(motion)
+
+
+def _turned(motion: _Motion, stroke: float) -> Cells:
+    return 3 * (_travelled(motion) < SETTLED * stroke).astype(int) + _sign(motion)
+
+
+def _eighth(motion: _Motion, training: _Motion) -> Cells:
+    """Which eighth of the training data's duration, by direction; what comes later counts to the last."""
+    eighth = (EIGHTHS * motion.time / max(float(training.time[-1]), 1e-12)).astype(int)
+    return np.asarray(3 * np.clip(eighth, 0, EIGHTHS - 1) + _sign(motion), dtype=np.int_)
+
+
+def _order(q: Array, residual: Array, usual_speed: float, bench: Workbench) -> int | None:
+    """Waves per turn of the sine that the residual holds most of; None where the travel is too short for any."""
+    travel = float(np.ptp(q)) / (2.0 * np.pi)
+    cutoff = bench.band.cutoff if bench.band else 0.4 * bench.observation.rate
+    highest = int(min(HIGHEST_ORDER, 2.0 * np.pi * cutoff / max(usual_speed / 2.0, 1e-9)))
+    lowest = int(np.ceil(max(1.0, WAVES / max(travel, 1e-9))))
+    if highest < lowest:
+        return None
+    orders = np.arange(lowest, highest + 1)
+    power = np.abs(np.exp(1j * np.outer(orders, q)) @ (residual - residual.mean()))
+    return int(orders[int(np.argmax(power))])
+
+
+def _phase(order: int, q: Array) -> Cells:
+    wave = order * q / (2.0 * np.pi)
+    return np.asarray(np.minimum(BINS * (wave - np.floor(wave)), BINS - 1), dtype=np.int_)

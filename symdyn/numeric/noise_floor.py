@@ -1,0 +1,51 @@
+"""The noise of the effort sensors, from frequencies where nothing else is, carried down to the analysis band."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal, special
+
+from symdyn.numeric.band import SAMPLES_PER_PERIOD
+from symdyn.numeric.observation import FILTER_ORDER
+from symdyn.numeric.workbench import Workbench
+
+Array = NDArray[np.float64]
+
+CLEAR = 1.2  # of the frequency up to which positions were differentiated: above it the residual is the sensor's alone
+FEWEST_BINS = 8
+# Area of a Butterworth filter's power gain, run forwards and backwards, over that of an ideal one of the same edge.
+_x = 1.0 / (2 * FILTER_ORDER)
+AREA = float(_x * special.beta(_x, 2.0 - _x))
+
+
+def noise_density(bench: Workbench, p: Array) -> Array:
+    """(n,) amplitude density of each effort's noise per root hertz.
+
+    The median level of the residual's spectrum above the band in which positions were differentiated;
+    where the recording does not reach that far, of the highest quarter of its frequencies. A sensor
+    that filters shows less there than it has in the band: then this is a lower bound.
+    """
+    o = bench.observation
+    residual = bench.raw_residual(p)
+    longest = max(o.segments, key=lambda part: part.stop - part.start)
+    length = min(longest.stop - longest.start, 1024)
+    frequency, power = signal.welch(residual[longest], o.rate, nperseg=length, axis=0, detrend="constant")
+    clear = frequency > CLEAR * o.cutoff
+    if np.count_nonzero(clear) < FEWEST_BINS:
+        clear = frequency > 0.75 * frequency[-1]
+    freedom = 2.0 * (longest.stop - longest.start) / length
+    # The median of chi-squared numbers lies below their mean.
+    return np.asarray(np.sqrt(np.median(power[clear], axis=0) * freedom / special.chdtri(freedom, 0.5)))
+
+
+def in_band(density: Array, bench: Workbench) -> Array:
+    """(n,) root mean square of white noise of that density in the analysis band."""
+    rate = bench.observation.rate
+    edge = bench.band.cutoff * AREA if bench.band else rate / 2.0
+    return np.asarray(density * np.sqrt(min(edge, rate / 2.0)))
+
+
+def independent_samples(bench: Workbench) -> float:
+    """How many independent numbers a joint's residual holds in the band: two per hertz and second."""
+    return len(bench.effort) * min(1.0, 2.0 / max(bench.samples_per_period, SAMPLES_PER_PERIOD / 2.0))

@@ -1,0 +1,85 @@
+"""Efforts that were recorded later or earlier than the motion: told from missing physics, if it can be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.base.errors import BadRecording, Problem
+from symdyn.numeric.explanation import LEVEL, Case, Explanation
+from symdyn.numeric.free_form import Fitted, FreeForm
+from symdyn.numeric.regression import encompassing, fit_linear
+from symdyn.numeric.workbench import Workbench
+
+Array = NDArray[np.float64]
+
+MOST = (
+    0.8  # of the residual's power on held-out data: a skew that tells as much, and more than all effects, is the cause
+)
+SOME = 0.1  # worth naming
+STEPS = 0.5  # samples: smaller skews are those of any sampled system
+CERTAIN = 4.0  # standard errors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Skew:
+    """All efforts late by ``delay`` (s) against the motion; ``heldout`` (K, n) is the weighted residual without it."""
+
+    delay: float
+    se: float
+    share: float  # of the residual's power on held-out data that it tells
+    heldout: Array
+    p_value: float  # of "it tells nothing" there
+
+    @property
+    def text(self) -> str:
+        way = "late" if self.delay > 0.0 else "early"
+        return f"efforts {abs(self.delay):.3g} +- {self.se:.1g} s {way} against the motion"
+
+
+def effort_skew(case: Case, of: Explanation) -> Skew:
+    """The skew that suits the residual best, the model's parameters fitted together with it.
+
+    Effort that is late by d misses -d times its own derivative, to first order.
+    """
+    fitted = Fitted(of.fit.p, of.fit.names, of.weight, case.joints)
+    training, heldout = (_derivative(w) * of.weight for w in (case.bench, case.judge))
+    columns = FreeForm(case.bench, case.judge, fitted).forces(-training, -heldout)
+    target, before = of.training * of.weight, of.heldout * of.weight
+    found = fit_linear(columns.training, target)
+    delay = float(found.estimate[0])
+    after = before - columns.heldout[:, :, 0] * delay
+    share = 1.0 - float(np.sum(after**2)) / max(float(np.sum(before**2)), 1e-300)
+    return Skew(delay, float(found.standard_error[0]), share, after, encompassing(before, after)[1])
+
+
+def check_skew(case: Case, given: Explanation, final: Explanation) -> Skew | None:
+    """The skew that would tell part of what is left, if any.
+
+    Raises BadRecording (SD529) where one number, the skew, tells four fifths of the residual of the
+    model as given, and more than all findings together: what was found is the skew in disguise.
+    """
+    skew = effort_skew(case, given)
+    if _certain(case, skew) and skew.share > MOST:
+        gain, p_value = encompassing(final.heldout * given.weight, skew.heldout)
+        if gain > 0.0 and p_value < LEVEL:
+            message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
+            hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
+            raise BadRecording(Problem("SD529", message, hint=hint))
+    left = effort_skew(case, final)
+    return left if _certain(case, left) and left.share > SOME else None
+
+
+def _certain(case: Case, skew: Skew) -> bool:
+    return abs(skew.delay) > max(STEPS * case.bench.observation.sample_time, CERTAIN * skew.se)
+
+
+def _derivative(workbench: Workbench) -> Array:
+    """(K, n) of the measured effort, in the analysis band."""
+    o = workbench.observation
+    slope = np.zeros_like(o.tau)
+    for part in o.segments:
+        slope[part] = np.gradient(o.tau[part], o.time[part], axis=0)
+    return workbench.bring(slope)

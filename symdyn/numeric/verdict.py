@@ -1,0 +1,39 @@
+"""The verdict: what may be said of a model, given what was found and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.numeric.findings import Errors, Finding, Remaining, Verdict
+
+EXPLAINED = 0.75  # of the structured mismatch's power that findings must tell for their names to be the answer
+
+
+def verdict_of(
+    findings: Sequence[Finding], remaining: Remaining, before: Errors, after: Errors, refuted: bool
+) -> Verdict:
+    """The rules, first that holds:
+
+    1. ``unexplained``: what is left is structured, and nothing was found; or what was found tells less
+       than three quarters of the structured mismatch (``explained_share``); or its law is ``refuted``:
+       what is left still follows the very variable that a finding is a law in, at its own place. The
+       findings are still told then, as the nearest that is known.
+    2. ``ambiguous``: a finding has a rival that these recordings do not tell from it.
+    3. ``missing_physics``: there are findings (``remaining.structured`` says whether more is missing).
+    4. ``complete``: nothing was found, and what is left has no structure.
+    """
+    if remaining.structured and (not findings or refuted or explained_share(remaining, before, after) < EXPLAINED):
+        return Verdict.UNEXPLAINED
+    if any(f.rivals for f in findings):
+        return Verdict.AMBIGUOUS
+    return Verdict.MISSING_PHYSICS if findings else Verdict.COMPLETE
+
+
+def explained_share(remaining: Remaining, before: Errors, after: Errors) -> float:
+    """Part of the structured mismatch's held-out power that the findings took away.
+
+    The structured mismatch is what they took and what is left of it: ``share`` of the left power.
+    """
+    taken = max(before.heldout**2 - after.heldout**2, 0.0)
+    left = remaining.share * after.heldout**2 if remaining.structured else 0.0
+    return taken / (taken + left) if taken + left > 0.0 else 0.0

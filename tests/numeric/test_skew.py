@@ -1,0 +1,54 @@
+"""Efforts that are late against the motion: told as such, and not as physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from symdyn.base.errors import BadRecording
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.findings import Verdict
+from symdyn.numeric.recording import Recording
+from symdyn.spec.records import Quantity
+
+from .pendulum import Torque, pendulum, record
+
+STEP = 1 / 500.0
+
+
+def late(seed: int, samples: int, missing: Torque | None = None) -> Recording:
+    """A run whose effort channel lags by that many samples; the ends that have no partner are cut off."""
+    run = record(seed, missing)
+    kept = slice(samples, len(run.time))
+    channels = {
+        key: values[: len(values) - samples] if key[0] is Quantity.EFFORT else values[kept]
+        for key, values in run.channels.items()
+    }
+    time = run.time[kept]
+    return replace(run, time=time, channels=MappingProxyType(channels), segments=(slice(0, len(time)),))
+
+
+@pytest.mark.parametrize("samples", [2, 10])
+def test_late_effort_of_a_complete_model_is_a_bad_recording(samples: int) -> None:
+    with pytest.raises(BadRecording) as caught:
+        diagnose(pendulum(), late(1, samples), late(101, samples))
+    (problem,) = caught.value.problems
+    assert problem.code == "SD529"
+    told = float(problem.message.split()[1])
+    assert told == pytest.approx(samples * STEP, rel=0.03)
+    assert "late" in problem.message
+
+
+def test_late_effort_beside_friction_is_told_and_the_friction_kept() -> None:
+    def friction(t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        return 0.3 * np.sign(v)
+
+    found = diagnose(pendulum(), late(1, 5, friction), late(101, 5, friction))
+    assert [f.effect for f in found.findings] == ["coulomb_friction"]
+    assert found.remaining.structured
+    assert found.verdict in (Verdict.MISSING_PHYSICS, Verdict.UNEXPLAINED)
+    (alarm,) = [alarm for alarm in found.alarms if "late against the motion" in alarm]
+    assert float(alarm.split()[1]) == pytest.approx(5 * STEP, rel=0.03)
