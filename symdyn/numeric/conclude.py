@@ -61,7 +61,9 @@ def conclude(
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
     wrong = refuted(case, final, remaining)
-    told += [f"the law of {label} does not hold: what is left follows the {remaining.variable}" for label in wrong]
+    told += [
+        f"the law of {label} does not hold exactly: what is left follows the {remaining.variable}" for label in wrong
+    ]
     density = noise_density(judge, emitted.values)
     before = case.errors(given)
     return Diagnosis(
@@ -79,12 +81,12 @@ def conclude(
         training=training,
         heldout=heldout,
         traces=_traces(case, given, judge, r_heldout, density),
-        located=_located(case, given),
+        located=where_and_when(case, given),
         noise_floor=_noise_floor(case, bench, judge, noise_density(bench, emitted.values), density),
     )
 
 
-def _located(case: Case, given: Explanation) -> tuple[Located, ...]:
+def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
     """Where the model as given is not enough, by what each joint's residual follows."""
     fitted = Fitted(given.fit.p, given.fit.names, given.weight, case.joints)
     residuals = Left(*(admissible_residual(w, given.fit.p) * given.weight for w in (case.bench, case.judge)))
