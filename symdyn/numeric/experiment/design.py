@@ -13,7 +13,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.experiment.explanations import Explained
 from symdyn.numeric.experiment.limits import Limits, widened
 from symdyn.numeric.experiment.motions import Family, Motion
-from symdyn.numeric.experiment.searching import SAMPLES, feasible, maximised, members, pool
+from symdyn.numeric.experiment.searching import feasible, maximised, members, pool, samples
 from symdyn.numeric.experiment.separation import Noise, lost, refitted
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ def design(
     nested = [bool(table[:, truth].max() <= SAME**2 * strength) for truth in (0, 1)]
     truths = [truth for truth in (0, 1) if not nested[truth]]
     if not truths:
-        motion = family.motion(points[0], SAMPLES)
+        motion = family.motion(points[0], samples(family))
         return Design(points[0], motion, 0.0, (Direction(0, 0.0, True), Direction(1, 0.0, True)), 0.0)
     least = table[:, truths].min(axis=1)
     point, motion, told = _searched(contest, points[np.argsort(-least)], truths, evaluations, seed, progress)
@@ -135,7 +135,7 @@ def _searched(
             return math.log(max(contest.least(point, truths), 1e-12))
 
         point = maximised(objective, population, evaluations, seed)
-        motion = feasible(contest.family, point, contest.pair, 2 * SAMPLES)
+        motion = feasible(contest.family, point, contest.pair, 2 * samples(contest.family))
         assert motion is not None  # the objective of such a point is the least there is, and the pool has better ones
         told, fooled = {}, False
         for truth in truths:
