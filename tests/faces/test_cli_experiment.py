@@ -95,6 +95,14 @@ def test_one_model_gets_a_motion_for_its_parameters(models: Path) -> None:
     assert told["gain"] > 1.0
 
 
+def test_pair_that_no_motion_separates_ends_with_code_1(models: Path) -> None:
+    close = ("--limits", "pivot:lower=-0.05,upper=0.05,velocity=0.2,acceleration=2", "-t", "10")
+    done = run("experiment", models / "offset.toml", models / "spring.toml", *NOISE, *close)
+    assert done.code == 1
+    assert "no motion of 10 s within the limits separates" in done.out
+    assert "16 times the travel, speed and effort would" in done.out
+
+
 def test_limits_from_a_recording_are_told(models: Path, pair: tuple[Path, Path]) -> None:
     told = run(
         "experiment", models / "offset.toml", models / "spring.toml", *NOISE, "--recording", pair[0], "--json"
@@ -179,12 +187,20 @@ def test_places_in_one_group_are_rivals(found: tuple[Diagnosis, Recording]) -> N
     assert "no motion was designed" in planned.told.why
 
 
-def test_friction_that_depends_on_the_load_asks_for_another_load() -> None:
-    from symdyn.numeric.experiment.words import hidden_words
-
-    between = (("coulomb_friction", "a.belt"), ("load_dependent_friction", "a.belt"))
-    assert "another load is needed" in hidden_words(between, "hidden")
-    assert "load" not in hidden_words((("coulomb_friction", "a"), ("viscous_friction", "a")), "hidden")
+def test_friction_that_depends_on_the_load_asks_for_another_load(tmp_path: Path) -> None:
+    drive = '\n[joint.drive]\nratio = 1\nrotors = [ { name = "motor", inertia = 1e-4 } ]\n'
+    drive += 'shafts = [ { name = "belt", from = "motor", to = "joint", stiffness = 1e3, damping = 0.1 } ]\n'
+    geared = PENDULUM.replace("\n[recording]", f"{drive}\n[recording]", 1)
+    for name, line in (("coulomb_friction", 'level = "0.1 N m"'), ("load_dependent_friction", "coefficient = 0.1")):
+        block = f'[[effect]]\ntype = "{name}"\nat = "pivot.belt"\n{line}\n\n[recording]\n'
+        (tmp_path / f"{name}.toml").write_text(geared.replace("[recording]\n", block, 1), encoding="utf-8")
+    models = [tmp_path / "coulomb_friction.toml", tmp_path / "load_dependent_friction.toml"]
+    done = run("experiment", *models, *NOISE, *LIMITS)
+    assert done.code == 1
+    assert "another load is needed" in done.out
+    drives = run("experiment", models[0], models[0], *NOISE, *LIMITS)
+    assert drives.code == 3
+    assert "SD332" in drives.err
 
 
 def test_experiment_of_a_diagnosis_is_written_and_told(

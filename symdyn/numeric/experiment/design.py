@@ -25,6 +25,7 @@ HONEST = 0.9  # where the full refit leaves less than this part of what a linear
 EVALUATIONS = 1200  # of a round
 SAME = 1e-6  # part of the effort: laws that differ differ by more than this on some motion
 LONGEST = 20.0  # times the duration that a longer experiment may be proposed for
+WIDENED = ("travel", "speed", "effort")
 WIDER = (4.0, 16.0)  # times the travel, speed or effort that are tried where nothing within the limits tells
 
 
@@ -44,8 +45,8 @@ class Direction:
 class Design:
     """``separation`` in nats is the lesser of the directions that are not nested; ``usual`` the median motion's.
 
-    ``wider`` is what would separate where this motion does not: "time", "travel", "speed" or "effort" times
-    ``factor``; "" where none of them would.
+    ``wider`` is what would separate where this motion does not: "time", "travel", "speed", "effort" or all
+    of them times ``factor``; "" where none would.
     """
 
     point: Array  # of the family
@@ -156,16 +157,28 @@ def _searched(
 def _what_would(
     contest: _Contest, points: Sequence[Array], truths: Sequence[int], separation: float
 ) -> tuple[str, float]:
-    """More time, if that is enough; else the one limit that, widened, gives most, if that is."""
+    """More time, if that is enough; else the one limit that, widened, gives most, or all of them, if that is."""
     if separation * LONGEST >= SEPARATES:
         return "time", SEPARATES / separation
-    for factor in WIDER:
-        gains = {}
-        for what in ("travel", "speed", "effort"):
-            family = Family(widened(contest.family.limits, what, factor), contest.family.duration)
-            wide = _Contest(contest.pair, family, contest.noise, contest.at)
-            gains[what] = max(wide.least(point, truths) for point in points)
-        best = max(gains, key=lambda what: gains[what])
-        if gains[best] >= SEPARATES:
-            return best, factor
+    for choices in ([(word,) for word in WIDENED], [WIDENED]):
+        for factor in WIDER:
+            gains = {words: _within_wider(contest, points, truths, words, factor) for words in choices}
+            best = max(gains, key=lambda words: gains[words])
+            if gains[best] >= SEPARATES:
+                return _joined(best), factor
     return "", 1.0
+
+
+def _within_wider(
+    contest: _Contest, points: Sequence[Array], truths: Sequence[int], words: Sequence[str], factor: float
+) -> float:
+    """The best of the points, with more of these."""
+    limits = contest.family.limits
+    for word in words:
+        limits = widened(limits, word, factor)
+    wide = _Contest(contest.pair, Family(limits, contest.family.duration), contest.noise, contest.at)
+    return max(wide.least(point, truths) for point in points)
+
+
+def _joined(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
