@@ -55,7 +55,7 @@ def run(
         _show(cases, results, counts)
         if path is not None:
             err.print(f"written: {path}", markup=False)
-    return 1 if counts[FAILED] else 0
+    return 1 if counts[FAILED] or counts[Verdict.BAD_RECORDING] else 0
 
 
 def diagnose_one(task: Task, seed: int) -> dict[str, Any]:
