@@ -301,8 +301,8 @@ def diagnose(
         raise typer.Exit(code)
 
 
-for command in (experiment, profile, fleet):
-    app.command()(command)
+for beyond in (experiment, profile, fleet):
+    app.command()(beyond)
 
 
 @app.command()
