@@ -234,7 +234,7 @@ def simulate(
     )
 
 
-for command in (frequency, sensitivity, reduce, experiment, profile, fleet):
+for command in (frequency, sensitivity, reduce):
     app.command()(command)
 
 
@@ -299,6 +299,10 @@ def diagnose(
     )  # fmt: skip
     if code:
         raise typer.Exit(code)
+
+
+for beyond in (experiment, profile, fleet):
+    app.command()(beyond)
 
 
 @app.command()

@@ -53,9 +53,12 @@ def experiment(
     from symdyn.faces import experiment_command
 
     chain = chain_of(base, tip, lock_others)
-    experiment_command.run(
-        model, rival, chain, noise or [], limits or [], recording, channel_map, band, duration, rate, seed, out, json
-    )
+    raise typer.Exit(
+        experiment_command.run(
+            model, rival, chain, noise or [], limits or [], recording, channel_map, band, duration, rate, seed, out,
+            json,
+        )
+    )  # fmt: skip
 
 
 def profile(

@@ -24,7 +24,7 @@ from symdyn.faces.words import (
 )
 from symdyn.numeric.experiment.next_experiment import Plan
 from symdyn.numeric.findings import Diagnosis, Verdict, bad_recording_json
-from symdyn.numeric.runs import joined
+from symdyn.numeric.runs import training_and_heldout
 from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
@@ -82,7 +82,8 @@ def diagnose(
         with status(json) as progress:
             result = run(robot, training, judges or None, band=band, progress=progress)
             if experiment is not None:
-                result = add_experiment(result, joined(training), limits, plan, experiment, progress)
+                fitted, _ = training_and_heldout(training, judges or None)
+                result = add_experiment(result, fitted, limits, plan, experiment, progress)
     except BadRecording as bad:
         return _refused(robot, bad, json)
     if model_out is not None:
