@@ -8,18 +8,20 @@ from typing import ClassVar
 
 import sympy as sp
 
-from symdyn.physics.effect import MOVING, Effect, HiddenState, Port, Rate, Unit, Update, Values, same_unit
+from symdyn.physics.effect import MOVING, Effect, HiddenState, Port, Rate, Unit, Update, Values
 from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.records import Motion
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 
+_SECONDS = dict.fromkeys(Motion, "s")  # wherever the loop sits
 SAMPLING = (
     ParameterSchema(
-        "period", same_unit("s"), "T_s", "time between samples, 0: continuous", None, 0.0, default=0.0,
+        "period", _SECONDS, "T_s", "time between samples, 0: continuous", None, 0.0, default=0.0,
         zero_is_structural=True,
     ),
     ParameterSchema(
-        "delay", same_unit("s"), r"T_{\mathrm{c}}", "time from a sample to its output", None, 0.0, default=0.0,
+        "delay", _SECONDS, r"T_{\mathrm{c}}", "time from a sample to its output", None, 0.0, default=0.0,
         zero_is_structural=True,
     ),
 )  # fmt: skip
