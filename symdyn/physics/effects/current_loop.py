@@ -10,7 +10,7 @@ import sympy as sp
 
 from symdyn.base.nonsmooth import clip
 from symdyn.physics.effect import CIRCUIT, ELECTRICAL, HiddenState, Port, Unit, Values
-from symdyn.physics.servo_loop import SAMPLING, ServoLoop
+from symdyn.physics.servo_loop import ServoLoop, sampling
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.records import Motion
 
@@ -48,7 +48,7 @@ class CurrentLoop(ServoLoop):
             default=0.1,
         ),
         ParameterSchema("limit", {Motion.ELECTRICAL: "V"}, r"U_{\max}", "largest voltage", math.inf, lower=0.0),
-        *SAMPLING,
+        *sampling({Motion.ELECTRICAL: "s"}),
     )
     source = "Siciliano, Sciavicco, Villani, Oriolo 2009, Robotics, section 5.2"
     hands_on = "V"
