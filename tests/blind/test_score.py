@@ -12,7 +12,7 @@ from benchmarks.blind.summary import Scored, Share, confusion, kinds
 
 
 def plant(kind: str, place: str, *forms: dict[str, dict[str, float]], **more: Any) -> dict[str, Any]:
-    return {"kind": kind, "place": place, "forms": forms, "also_at": [], "scored": None, **more}
+    return {"kind": kind, "place": place, "forms": forms, "also_at": [], "problems": [], "scored": None, **more}
 
 
 def finding(effect: str, place: str, group: tuple[str, ...] = (), **values: tuple[float, float]) -> dict[str, Any]:
@@ -131,6 +131,15 @@ def test_a_rival_is_half_an_answer() -> None:
     }
     (effect,) = score([COULOMB], answer(found, verdict="ambiguous"), None, 1.0).effects
     assert (effect.named, effect.among_rivals) == (False, True)
+
+
+def test_a_recording_refused_for_the_right_reason_is_an_answer() -> None:
+    late = plant("late_efforts", "", {"channel_skew": {"delay": 0.01}}, problems=["SD529"])
+    refused = {**answer(verdict="bad_recording"), "problems": [{"code": "SD529"}]}
+    assert score([late], refused, None, 1.0).effects[0].named
+    wrong = score([COULOMB], refused, None, 1.0)
+    assert (wrong.effects[0].named, wrong.effects[0].label, wrong.alarm) == (False, "bad_recording", True)
+    assert score([], refused, None, 1.0).alarm
 
 
 def test_wilson_intervals() -> None:
