@@ -86,7 +86,10 @@ class Case:
         """The parameters of the plant."""
         rng = rng_of("true", self.machine, self.group, self.kinds, self.seed)
         nominal = MACHINES[self.machine].truth
-        return {name: value * rng.uniform(1 - SPREAD, 1 + SPREAD) for name, (value, _) in nominal.items()}
+        found = {name: value * rng.uniform(1 - SPREAD, 1 + SPREAD) for name, (value, _) in nominal.items()}
+        if "K_E" in found:
+            found["K_E"] = found["K_T"]  # one magnet, one constant in SI units; a model may hold two
+        return found
 
     @cached_property
     def given(self) -> dict[str, float]:
