@@ -37,8 +37,9 @@ _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, an
     ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)) + tuple(TACHO),
     ("rigid-drive", "j1.shaft"): tuple(MISSING_SHAFT),
     ("rigid-drive", "j1.circuit"): tuple(CIRCUIT),
+    # The friction of the other rotors takes up what is viscous at one of them, or at the load.
     ("seed-drive", "j1.motor"): tuple(
-        k for k in MOVING if k not in ("added_inertia", "unbalance", "warm_up", *_ARM_ONLY)
+        k for k in MOVING if k not in ("added_inertia", "viscous", "unbalance", "warm_up", *_ARM_ONLY)
     ),
     ("seed-drive", "j1"): tuple(k for k in MOVING if k not in ("added_inertia", "viscous", *_ARM_ONLY)),
     ("seed-drive", "j1.tacho"): tuple(TACHO),

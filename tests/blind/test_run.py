@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.blind.__main__ import chosen, main
-from benchmarks.blind.cases import all_cases
+from benchmarks.blind.cases import all_cases, recordings
 from benchmarks.blind.plot import confusion_svg
 from benchmarks.blind.run import Setting, kept, run_all
 from benchmarks.blind.summary import confusion, scored
@@ -35,6 +35,7 @@ def test_the_tool_sees_the_model_and_two_recordings_alone() -> None:
     assert set(seen) == {"model.toml", "a.csv", "b.csv"}
     assert record["answer"]["arguments"] == ["model.toml", "a.csv", "--holdout", "b.csv"]
     assert all("coulomb" not in text for text in seen.values())
+    assert (seen["a.csv"], seen["b.csv"]) == recordings(case)  # drawn from the name of the case alone
     assert seen["a.csv"] != seen["b.csv"]
     assert seen["a.csv"].splitlines()[0] == "t,x1,y1,x2,y2"
     assert len(seen["a.csv"].splitlines()) == 1 + 20 * 500
