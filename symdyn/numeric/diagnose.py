@@ -15,6 +15,8 @@ from symdyn.numeric.conclude import conclude
 from symdyn.numeric.evidence import gaussian_gain
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, own_parameters, ready
+from symdyn.numeric.filtering.diagnose import diagnose_hidden
+from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.groups import rigid_group
@@ -55,6 +57,8 @@ def diagnose(
     """
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
+        if has_hidden_parts(robot, fitted):
+            return diagnose_hidden(robot, fitted, judge, progress)
         return _diagnose(robot, fitted, judge, band, progress)
 
 

@@ -15,6 +15,8 @@ from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
 
+DEAF = 1e30  # variance of a measurement that a filter does not listen to
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noise:
@@ -89,6 +91,20 @@ class FilterBench:
         )  # fmt: skip
         return Pass(float(loss), e, variances, slopes, states)
 
+    def simulated(self, p: Array, start: Array, first: int, stop: int) -> Array:
+        """(stop - first, m) what the channels would show from state ``start`` (n,) at sample ``first`` on."""
+        s, n, m = self.signals, len(self.kernel.states), self.signals.y.shape[1]
+        count, none = stop - first, np.zeros(0)
+        shown = np.zeros((count, m))
+        e, variances, slopes = np.zeros((count, m)), np.ones((count, m)), np.zeros((count, m, 0))
+        run(
+            *self._rates, *self._outputs, s.u[first:stop], self._slope[first:stop], shown, s.steps[first:stop],
+            np.ascontiguousarray(p), np.zeros(0, dtype=np.int64), np.full(m, DEAF), s.index,
+            np.zeros((len(p), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
+            e, variances, slopes, np.zeros((count, n)),
+        )  # fmt: skip
+        return -e  # of measurements that are zero, and move nothing
+
     def residual(self, p: Array) -> Array:
         """(N, m) whitened innovations."""
         return self.filtered(p).white
@@ -145,4 +161,3 @@ def _nothing(x, u, p, out):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _no_slope(x, u, p, out):  # type: ignore[no-untyped-def]
     pass
-

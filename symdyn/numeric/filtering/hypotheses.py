@@ -91,5 +91,5 @@ def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
     if candidate.shape.scan is Scan.ANGLE_ORDER:
         return np.arange(1.0, ORDERS + 1.0)
     if candidate.place.kind is PlaceKind.CIRCUIT:
-        return np.quantile(np.abs(signals.u).max(axis=1), QUANTILES)
+        return np.asarray(np.quantile(np.abs(signals.u).max(axis=1), QUANTILES))
     return np.zeros(0)

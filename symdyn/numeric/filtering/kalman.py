@@ -20,7 +20,12 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
 
 @njit(
     types.float64(
-        *(_to_vector, _to_matrix, _to_matrix, _to_matrix),  # rate of the state, its derivatives by state, input, parameters
+        *(
+            _to_vector,
+            _to_matrix,
+            _to_matrix,
+            _to_matrix,
+        ),  # rate of the state, its derivatives by state, input, parameters
         *(_to_vector, _to_matrix, _to_matrix),  # outputs, their derivatives by state and parameters
         *(_matrix, _matrix, _matrix, _vector),  # inputs, their slopes, measurements, steps
         *(_vector, _counts, _vector),  # parameters, which are differentiated by, measured signals' variances
@@ -31,7 +36,34 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
     cache=True,
     error_model="numpy",
 )
-def run(f, f_x, f_u, f_p, g, g_x, g_p, u, slope_u, y, steps, p, which, r, signals, latent, decay, power, x0, p0, substeps, outputs, e, s, de, xs):  # type: ignore[no-untyped-def]
+def run(  # type: ignore[no-untyped-def]
+    f,
+    f_x,
+    f_u,
+    f_p,
+    g,
+    g_x,
+    g_p,
+    u,
+    slope_u,
+    y,
+    steps,
+    p,
+    which,
+    r,
+    signals,
+    latent,
+    decay,
+    power,
+    x0,
+    p0,
+    substeps,
+    outputs,
+    e,
+    s,
+    de,
+    xs,
+):
     """Extended Kalman filter over a recording; returns -log L up to a constant. All arrays C-contiguous.
 
     State z = [x, w]: w (l,) are latent forces, Ornstein-Uhlenbeck processes along ``latent`` (np, l) in
@@ -168,18 +200,18 @@ def run(f, f_x, f_u, f_p, g, g_x, g_p, u, slope_u, y, steps, p, which, r, signal
                 for i in range(n):
                     for j in range(q):
                         source[i, j] = by_p[i, which[j]]
-                        for l in range(nl):
-                            source[i, j] += force[i, l] * dz[n + l, j]
+                        for c in range(nl):
+                            source[i, j] += force[i, c] * dz[n + c, j]
                 product(integral[:n, :n], source, moved)
                 for i in range(n):
                     for j in range(q):
                         source[i, j] = dz[i, j]
                 for i in range(n):
-                    for l in range(n):
-                        factor = change[i, l]
+                    for c in range(n):
+                        factor = change[i, c]
                         if factor != 0.0:
                             for j in range(q):
-                                moved[i, j] += factor * source[l, j]
+                                moved[i, j] += factor * source[c, j]
                 for i in range(n):
                     for j in range(q):
                         dz[i, j] += moved[i, j]
@@ -208,8 +240,8 @@ def run(f, f_x, f_u, f_p, g, g_x, g_p, u, slope_u, y, steps, p, which, r, signal
             for i in range(nz):
                 for j in range(i + 1):
                     entry = 0.0
-                    for l in range(nz):
-                        entry += work[i, l] * phi[j, l]
+                    for c in range(nz):
+                        entry += work[i, c] * phi[j, c]
                     cov[i, j] = entry
                     cov[j, i] = entry
             for j in range(nl):
@@ -224,4 +256,3 @@ def run(f, f_x, f_u, f_p, g, g_x, g_p, u, slope_u, y, steps, p, which, r, signal
         if not np.all(np.isfinite(x)):
             return np.inf
     return total
-

@@ -34,14 +34,13 @@ class MLFit:
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What is known of a parameter beforehand: bounds, natural size, and a normal prior (``spread`` inf: none).
+    """What is known of a parameter beforehand: bounds, and a normal prior (``spread`` inf: none).
 
     Of a ``positive`` one all of it, but for the bounds, is meant of its logarithm.
     """
 
     lower: float = -np.inf
     upper: float = np.inf
-    size: float = 1.0
     centre: float = 0.0
     spread: float = np.inf
     positive: bool = False
@@ -56,21 +55,22 @@ class Belief:
 Beliefs = Mapping[str, Belief]
 
 
-def fit(bench: FilterBench, p: Array, beliefs: Beliefs, noise: bool = True) -> MLFit:
-    """Fisher scoring on -log L, alternating between the parameters that ``beliefs`` names and the noise."""
+def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETTLED, most: int = ITERATIONS) -> MLFit:
+    """Fisher scoring on -log L, alternating between the parameters that ``beliefs`` names and the noise.
+
+    It ends when a round gains less than ``settled`` nats, or after ``most`` rounds.
+    """
     p, names = p.copy(), tuple(beliefs)
-    if noise:
-        bench = _scaled(bench, p)
+    bench = _scaled(bench, p)
     loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), 1e-3
-    for _ in range(ITERATIONS):
+    for _ in range(most):
         before = loss
         if names:
             p, loss, damping = _parameter_step(bench, p, beliefs, loss, damping)
-        if noise:
-            prior = _penalty(bench, p, beliefs)
-            bench, loss = _noise_step(bench, p, loss - prior)
-            loss += prior
-        if before - loss < SETTLED:
+        prior = _penalty(bench, p, beliefs)
+        bench, loss = _noise_step(bench, p, loss - prior)
+        loss += prior
+        if before - loss < settled:
             break
     return MLFit(names, p, bench, loss, _covariance(bench, p, beliefs))
 
@@ -97,7 +97,9 @@ def _parameter_step(
     done = bench.filtered(p, tuple(beliefs))
     columns = _columns(done, p, where, known)
     here = np.array([b.coordinate(p[i]) for i, b in zip(where, known, strict=True)])
-    scale = np.array([1.0 if b.positive else max(abs(x), b.size) for x, b in zip(here, known, strict=True)])
+    positive = np.array([b.positive for b in known], dtype=bool)
+    length = np.linalg.norm(columns, axis=0)
+    scale = np.where(positive, 1.0, 1.0 / np.where(length > 0, length, 1.0))
     precision = np.array([b.spread**-2 for b in known])
     wish = precision * (np.array([b.centre for b in known]) - here)
     normal = (columns.T @ columns + np.diag(precision)) * np.outer(scale, scale)
@@ -108,7 +110,7 @@ def _parameter_step(
         damped = normal + damping * np.diag(np.diag(normal) + MODEST)
         step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
         trial = p.copy()
-        if np.max(np.abs(step), initial=0.0) < LONGEST:
+        if np.max(np.abs(step[positive]), initial=0.0) < LONGEST:
             trial[where] = [b.value(x) for b, x in zip(known, here + scale * step, strict=True)]
             found = bench.filtered(trial).loss + _penalty(bench, trial, beliefs)
             if found < loss:

@@ -28,9 +28,7 @@ class Latent:
 
 def latents(robot: Robot, kernel: Kernel, proposed: tuple[Candidate, ...]) -> tuple[Latent, ...]:
     """One for every equation (coordinate, circuit) and every coupling, equal and opposite on its two sides."""
-    pushes = {
-        c.place.address: c.parameter(c.linear[0]) for c in proposed if c.effect == _PUSHES.get(c.place.kind)
-    }
+    pushes = {c.place.address: c.parameter(c.linear[0]) for c in proposed if c.effect == _PUSHES.get(c.place.kind)}
     index = {name: i for i, name in enumerate(kernel.parameters)}
     found = []
     for joint in robot.joints:

@@ -1,0 +1,178 @@
+"""The end of a diagnosis by filter: the new specification, its re-emitted kernel, and every fact about both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.bench import Noise
+from symdyn.numeric.filtering.explain import WORTH, Explanation
+from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.locate import Place, together
+from symdyn.numeric.filtering.model import PRIOR, Model
+from symdyn.numeric.filtering.windows import overall, sizes
+from symdyn.numeric.findings import (
+    Diagnosis,
+    Errors,
+    Estimate,
+    Finding,
+    Located,
+    NoiseFloor,
+    Remaining,
+    Traces,
+)
+from symdyn.numeric.verdict import verdict_of
+from symdyn.spec.edit import add_effect, set_parameter
+from symdyn.spec.records import Robot
+
+Array = NDArray[np.float64]
+
+DIGITS = 8  # of fitted values in a specification: far below any standard error
+TOLD = 0.9  # of the prior's width: what a recording narrows less it does not tell
+SHARE = 0.1  # of what is left that must be structure for it to be worth a word
+
+
+def conclude(
+    model: Model,
+    robot: Robot,
+    places: Sequence[Place],
+    given: Explanation,
+    final: Explanation,
+    findings: Sequence[Finding],
+    alarms: Sequence[str],
+    names: tuple[str, str],
+) -> Diagnosis:
+    """``robot`` is the model as given; ``names`` are those of the training and the held-out recording."""
+    diagnosed = specification(model, robot, final)
+    compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
+    before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
+    floor = _floor(model, final.fit)
+    remaining = _remaining(model, final, after, floor)
+    channels = model.heldout.names
+    return Diagnosis(
+        verdict=verdict_of(findings, remaining, before, after, False),
+        robot=robot,
+        diagnosed=diagnosed,
+        findings=tuple(findings),
+        model={name: _estimate(model, final.fit, name) for name in model.beliefs},
+        before=before,
+        after=after,
+        per_joint={channel: Errors(float(a), float(b)) for channel, a, b in zip(channels, *final.errors, strict=True)},
+        remaining=remaining,
+        alarms=tuple(dict.fromkeys((*alarms, *_moved(model, final.fit)))),
+        band=0.5 / float(np.nanmedian(model.training.steps)),
+        training=names[0],
+        heldout=names[1],
+        traces=_traces(model, given, final),
+        located=_located(places),
+        noise_floor=floor,
+    )
+
+
+def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
+    """The model's own TOML with fitted parameters and one [[effect]] per finding; comments are kept."""
+    text = robot.text
+    own = {parameter.name for parameter in robot.parameters}
+    for name in model.beliefs:
+        if name in own:
+            estimate = _estimate(model, final.fit, name)
+            text = set_parameter(text, robot, name, _value(estimate.value, estimate.unit))
+    for candidate, _ in final.found:
+        values = {k: _value(e.value, e.unit) for k, e in parameters(model, final, candidate).items()}
+        text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
+    return robot_from_text(text, robot.where.file if robot.where else robot.name)
+
+
+def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str, Estimate]:
+    """The candidate's parameters as fitted, by their names in the effect's declaration."""
+    schemas = (*candidate.linear, *((candidate.shape,) if candidate.shape is not None else ()))
+    return {s.name: _estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
+
+
+def _estimate(model: Model, of: MLFit, name: str) -> Estimate:
+    index = of.bench.index[name]
+    value, unit = float(of.p[index]), model.kernel.parameter_units[index]
+    if name not in of.names:
+        return Estimate(value, None, unit)
+    i = of.names.index(name)
+    se = float(np.sqrt(max(of.covariance[i, i], 0.0)))
+    untold = name in model.beliefs and se >= TOLD * PRIOR * abs(value)
+    return Estimate(value, None if untold or not math.isfinite(se) else se, unit)
+
+
+def _value(value: float, unit: str) -> str:
+    return f"{value:.{DIGITS}g} {unit}".strip()
+
+
+def _floor(model: Model, of: MLFit) -> NoiseFloor:
+    """What the sensors' noise alone would leave of the free-run error."""
+    noise = np.sqrt(of.bench.noise.r)
+    training, heldout = noise / sizes(model.training), noise / sizes(model.heldout)
+    channels = zip(model.training.names, training, heldout, strict=True)
+    per_channel: Mapping[str, Errors] = {name: Errors(float(a), float(b)) for name, a, b in channels}
+    return NoiseFloor(Errors(overall(training), overall(heldout)), per_channel)
+
+
+def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloor) -> Remaining:
+    """Whether an unknown force would still explain something, and how much of the held-out error is beyond noise."""
+    beyond = max(0.0, 1.0 - (floor.errors.heldout / max(after.heldout, 1e-300)) ** 2)
+    forces = len(final.fit.bench.noise.power)
+    if not forces:
+        return Remaining(after.heldout, False, 0.0, None, 1.0)
+    count = len(final.fit.p)
+    quiet = Noise(final.fit.bench.noise.r, np.zeros((count, 0)), np.zeros(0), np.zeros(0))
+    none = fit(final.fit.bench.with_noise(quiet), final.fit.p, final.beliefs)
+    gain = none.loss - final.fit.loss
+    structured = gain > WORTH and beyond > SHARE
+    return Remaining(after.heldout, structured, beyond if structured else 0.0, None, float(np.exp(-max(gain, 0.0))))
+
+
+def _located(places: Sequence[Place]) -> tuple[Located, ...]:
+    found = []
+    for place in places:
+        if place.gain > WORTH:
+            found.append(Located(place.latent.place, together(place, places), place.gain))
+    return tuple(found)
+
+
+def _moved(model: Model, of: MLFit) -> list[str]:
+    """Parameters that went where no data sheet is wrong: they may be absorbing what the model lacks."""
+    told = []
+    for name, belief in model.beliefs.items():
+        value = float(of.p[of.bench.index[name]])
+        if belief.positive and abs(math.log(value) - belief.centre) > 3.0 * PRIOR:
+            told.append(
+                f"{name} went from {math.exp(belief.centre):.3g} to {value:.3g}: it may be absorbing missing structure"
+            )
+    return told
+
+
+def _traces(model: Model, given: Explanation, final: Explanation) -> Traces:
+    heldout = model.heldout
+    judge = model.bench(heldout, final.fit.bench.noise, final.fit.bench.held)
+    states = judge.filtered(final.fit.p).states
+    coordinates = model.kernel.coordinates
+    at = []
+    for name in heldout.names:
+        own = [i for i, c in enumerate(coordinates) if name.startswith(f"{c}.")]
+        same = [i for i, c in enumerate(coordinates) if c.partition(".")[0] == name.partition(".")[0]]
+        at.append((own or same)[0])
+    n = len(coordinates)
+    shown = [np.where(np.isnan(e.predicted), heldout.y, e.predicted) for e in (given, final)]
+    names = (*model.kernel.states, *model.kernel.outputs)
+    units = dict(zip(names, (*model.kernel.state_units, *model.kernel.output_units), strict=True))
+    return Traces(
+        time=heldout.time,
+        q=states[:, at],
+        qd=states[:, [n + i for i in at]],
+        effort=heldout.y,
+        before=shown[0],
+        after=shown[1],
+        joints=heldout.names,
+        effort_units=tuple(units[name] for name in heldout.names),
+    )

@@ -1,0 +1,163 @@
+"""Forward selection of missing effects where part of the machine is hidden: by likelihood, judged on held-out data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
+from symdyn.numeric.filtering.locate import certainly_apart
+from symdyn.numeric.filtering.model import Model, candidate_beliefs
+from symdyn.numeric.filtering.score import Score, scores
+from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors
+from symdyn.numeric.regression import long_run_covariance
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+Found = tuple[tuple[Candidate, float | None], ...]
+
+LEVEL = 0.01  # significance of a gain
+WORTH = 10.0  # nats that an effect must bring on training data, beside half the logarithm of N per number (BIC)
+ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
+EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
+TRIED = 5  # hypotheses that are fitted in full at each step
+CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explanation:
+    """``found`` on top of the model as given, all parameters and the noise fitted on training data."""
+
+    found: Found
+    beliefs: Beliefs
+    fit: MLFit
+    score: Array  # (N,) log-likelihood of each held-out sample
+    errors: tuple[Array, Array]  # (m,) free-run errors: training, held out
+    predicted: Array  # (N, m) held-out free runs
+
+    @property
+    def heldout(self) -> float:
+        return overall(self.errors[1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One hypothesis, fitted in full on top of an explanation. ``gain`` in nats on training data."""
+
+    score: Score
+    after: Explanation
+    gain: float
+    p_value: float  # of no gain on held-out data
+
+
+def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Explanation:
+    """Judge a fit: its likelihood and its free runs on held-out data."""
+    judge = model.bench(model.heldout, fitted.bench.noise, fitted.bench.held)
+    done = judge.filtered(fitted.p)
+    score = -0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1)
+    predicted = free_runs(judge, fitted.p)
+    training = relative_errors(fitted.bench, free_runs(fitted.bench, fitted.p))
+    return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted)
+
+
+def with_effect(
+    model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array
+) -> Explanation:
+    """The explanation with one more effect, everything fitted again from where it stands."""
+    p = current.fit.p.copy()
+    index = current.fit.bench.index
+    for schema, value in zip(candidate.linear, start, strict=True):
+        p[index[candidate.parameter(schema)]] = value
+    if candidate.shape is not None and shape is not None:
+        p[index[candidate.parameter(candidate.shape)]] = shape
+    beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
+    return explained(model, (*current.found, (candidate, shape)), beliefs, fit(current.fit.bench, p, beliefs))
+
+
+def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
+    candidate = item[0]
+    p, index = current.fit.p.copy(), current.fit.bench.index
+    names = {candidate.parameter(s) for s in candidate.linear}
+    names |= {candidate.parameter(candidate.shape)} if candidate.shape is not None else set()
+    for name in names:
+        p[index[name]] = model.kernel.values[index[name]]
+    beliefs = {name: belief for name, belief in current.beliefs.items() if name not in names}
+    rest = tuple(other for other in current.found if other is not item)
+    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs))
+
+
+def step(
+    model: Model, current: Explanation, alarms: list[str], progress: Progress
+) -> tuple[Step | None, tuple[Step, ...]]:
+    """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place."""
+    present = {(c.effect, c.place.address) for c, _ in current.found}
+    here = present | {(e.type, e.at) for e in model.robot.effects}
+    ready = [
+        c
+        for c in model.proposed
+        if (c.effect, c.place.address) not in here and (c.builds_on is None or (c.builds_on, c.place.address) in here)
+    ]
+    ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
+    tests = len(ranked)
+    promising = [s for s in ranked if s.gain > WORTH and s.p_value * tests < LEVEL][:TRIED]
+    tried = []
+    for score in promising:
+        progress(f"fitting {score.candidate.label}")
+        after = with_effect(model, current, score.candidate, score.shape, score.estimate)
+        gain = current.fit.loss - after.fit.loss
+        tried.append(Step(score, after, gain, _p_value(current, after)))
+    tried.sort(key=lambda s: s.after.fit.loss + _price(model, s.score.candidate))
+    for each in tried:
+        label = each.score.candidate.label
+        if each.gain < WORTH + _price(model, each.score.candidate):
+            continue
+        if not certain(model, each.after, each.score.candidate):
+            alarms.append(f"{label} raises the likelihood, but its size cannot be told from zero")
+        elif each.p_value >= LEVEL or each.after.heldout > (1.0 - EARNS) * current.heldout:
+            alarms.append(f"{label} fits the training data better, but not the held-out data")
+        else:
+            return each, tuple(tried)
+    return None, tuple(tried)
+
+
+def certain(model: Model, after: Explanation, candidate: Candidate) -> bool:
+    """Whether any of its parameters can be told from the value at which it vanishes."""
+    if not candidate.linear:
+        return True
+    names = after.fit.names
+    for schema in candidate.linear:
+        i = names.index(candidate.parameter(schema))
+        value, se = after.fit.p[after.fit.bench.index[names[i]]], float(np.sqrt(after.fit.covariance[i, i]))
+        if abs(value - (schema.null or 0.0)) > CERTAIN * se:
+            return True
+    return False
+
+
+def alike(chosen: Step, tried: Sequence[Step]) -> tuple[Step, ...]:
+    """Hypotheses with no more numbers that held-out data do not tell from the chosen one."""
+    return tuple(
+        s
+        for s in tried
+        if s is not chosen
+        and s.score.candidate.size <= chosen.score.candidate.size
+        and s.after.heldout < (1.0 + ABOUT) * chosen.after.heldout
+        and not certainly_apart(s.after.score, chosen.after.score)
+    )
+
+
+def _price(model: Model, candidate: Candidate) -> float:
+    return 0.5 * candidate.size * float(np.log(len(model.training.y)))
+
+
+def _p_value(before: Explanation, after: Explanation) -> float:
+    """One-sided, of no gain of the held-out likelihood; samples that are correlated are allowed for."""
+    difference = after.score - before.score
+    if not np.all(np.isfinite(difference)):
+        return 1.0
+    spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
+    return float(stats.norm.sf(float(np.mean(difference)) / max(spread, 1e-300)))

@@ -1,0 +1,105 @@
+"""Latent-force evidence: at which equation or coupling an unknown force would explain the recording best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.model import Model, with_latent, without_latent
+from symdyn.numeric.filtering.places import Latent
+from symdyn.numeric.regression import long_run_covariance
+
+Array = NDArray[np.float64]
+
+POWERS = np.logspace(-5, 1, 7)  # of a latent force, relative to what moves the machine: where its fit starts
+ROUGH, ROUNDS = 2.0, 15  # nats and rounds of a fit that only locates
+TOGETHER = 5.0  # nats: what is closer than this is not told apart (odds of 150 to 1 would tell it)
+APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """An unknown force at one place, with everything else fitted again. ``gain`` in nats over none at all."""
+
+    latent: Latent
+    fit: MLFit
+    gain: float
+
+
+def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
+    """The model without any unknown force, fitted, and with one at each place, best first."""
+    fits: list[tuple[Latent, MLFit]] = []
+    p = model.kernel.values
+    held, noise = False, without_latent(model.training, model.kernel)
+    for latent in model.latents:
+        progress(f"an unknown force at {latent.place}")
+        first = not fits
+        done = _fitted(model, latent, p, noise, held)
+        if first:  # whether inputs are held between samples, or go straight: what the innovations say
+            other = _fitted(model, latent, done.p, done.bench.noise, True)
+            if other.loss < done.loss:
+                done, held = other, True
+        fits.append((latent, done))
+        best = min(fits, key=lambda item: item[1].loss)[1]
+        p, noise = best.p, best.bench.noise
+    progress("no unknown force")
+    best = min(fits, key=lambda item: item[1].loss)[1]
+    quiet = Noise(best.bench.noise.r, *_nothing(len(p)))
+    none = fit(best.bench.with_noise(quiet), best.p, model.beliefs, settled=ROUGH, most=ROUNDS)
+    places = tuple(Place(latent, done, none.loss - done.loss) for latent, done in fits)
+    return none, tuple(sorted(places, key=lambda place: -place.gain))
+
+
+def together(place: Place, places: Sequence[Place]) -> tuple[str, ...]:
+    """Places that the recording cannot tell from this one: the likelihood of neither is certainly higher."""
+    own = samples(place.fit)
+    return tuple(
+        p.latent.place for p in places if p is place or (p.gain > 0 and not certainly_apart(own, samples(p.fit)))
+    )
+
+
+def samples(of: MLFit) -> Array:
+    """(N,) log-likelihood of each training sample."""
+    done = of.bench.filtered(of.p)
+    return np.asarray(-0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1))
+
+
+def certainly_apart(first: Array, second: Array) -> bool:
+    """Whether two models differ in likelihood beyond chance (Vuong 1989); correlated samples are allowed for."""
+    difference = first - second
+    mean = float(np.mean(difference))
+    if abs(mean) * len(difference) < TOGETHER:
+        return False
+    spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
+    return abs(mean) > APART * spread
+
+
+def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool) -> MLFit:
+    bench = model.bench(model.training, noise, held)
+    powers = _natural(bench, latent, p) ** 2 * POWERS
+    trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
+    losses = [trial.filtered(p).loss for trial in trials]
+    return fit(trials[int(np.argmin(losses))], p, model.beliefs, settled=ROUGH, most=ROUNDS)
+
+
+def _natural(bench: FilterBench, latent: Latent, p: Array) -> float:
+    """The force that would cause the accelerations (or current rates) that the recording is about."""
+    n = len(bench.kernel.coordinates)
+    states = np.zeros(len(bench.kernel.states))
+    slope = bench.kernel.state_derivative_parameter_jacobian_p(states, np.zeros(len(bench.kernel.inputs)), p)
+    rate = np.asarray(slope) @ latent.direction
+    speed = max(float(np.nanstd(np.diff(y)) / np.nanmedian(bench.signals.steps)) for y in bench.signals.y.T)
+    mechanical = float(np.max(np.abs(rate[n : 2 * n])))
+    if mechanical > 0:
+        return 10.0 * speed / mechanical
+    return float(np.max(np.std(bench.signals.u, axis=0))) or 1.0
+
+
+def _nothing(count: int) -> tuple[Array, Array, Array]:
+    return np.zeros((count, 0)), np.zeros(0), np.zeros(0)

@@ -1,0 +1,119 @@
+"""One machine on one recording, ready to be filtered: kernel with every hypothesis in it, signals, beliefs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.compiler import compile_robot
+from symdyn.emit.kernel import Kernel
+from symdyn.numeric.candidates import Candidate, augmented, bounds
+from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.hypotheses import free_parameters, hypotheses
+from symdyn.numeric.filtering.likelihood import Belief, Beliefs
+from symdyn.numeric.filtering.places import Latent, latents
+from symdyn.numeric.filtering.signals import Signals, seen_by, signals
+from symdyn.numeric.recording import Recording
+from symdyn.spec.records import Robot
+
+Array = NDArray[np.float64]
+
+PRIOR = 0.4  # standard deviation of the logarithm of a given parameter: a data sheet's word, "off by up to 30 %"
+SHARPNESS = 2e-3  # width over which friction turns, as part of the usual speed
+FIRST_NOISE = 1e-2  # of each channel's deviation: a start, fitted then
+FIRST_DECAY = 20.0  # 1/s of a latent force, likewise
+FASTEST_STEP = 2e-3  # s: longer samples are filtered in substeps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """``robot`` as given (with an ammeter where a current was measured), its kernel with all ``proposed`` in it."""
+
+    robot: Robot
+    kernel: Kernel
+    proposed: tuple[Candidate, ...]
+    latents: tuple[Latent, ...]
+    beliefs: Beliefs
+    training: Signals
+    heldout: Signals
+
+    def bench(self, of: Signals, noise: Noise, held: bool) -> FilterBench:
+        step = float(np.nanmedian(of.steps))
+        return FilterBench(self.kernel, of, noise, held, max(1, math.ceil(step / FASTEST_STEP - 1e-9)))
+
+
+def prepare(robot: Robot, training: Recording, heldout: Recording) -> Model:
+    """Derive and compile the machine with every hypothesis at its null value; match the channels to it.
+
+    Raises InputError as ``signals`` does.
+    """
+    seen = seen_by(robot, (training, heldout))
+    proposed = hypotheses(seen)
+    whole = augmented(seen, proposed)
+    width = _rounded(SHARPNESS * _usual_speed(training))
+    kernel = compile_robot(whole, width, friction_only=True).kernel()
+    return Model(
+        seen, kernel, proposed, latents(seen, kernel, proposed), _beliefs(seen, kernel),
+        signals(seen, kernel, training), signals(seen, kernel, heldout),
+    )  # fmt: skip
+
+
+def without_latent(signals: Signals, kernel: Kernel) -> Noise:
+    """Noise of the sensors alone, at a first guess."""
+    r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
+    return Noise(r, np.zeros((len(kernel.parameters), 0)), np.zeros(0), np.zeros(0))
+
+
+def with_latent(noise: Noise, latent: Latent, power: float) -> Noise:
+    return replace(
+        noise, directions=latent.direction[:, None].copy(), decay=np.array([FIRST_DECAY]), power=np.array([power])
+    )
+
+
+def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:
+    limits = bounds(robot)
+    found = {}
+    for name in free_parameters(robot):
+        value = float(kernel.values[kernel.parameters.index(name)])
+        lower, upper = limits.get(name, (0.0, math.inf))
+        if value > 0.0 and lower >= 0.0:
+            found[name] = Belief(positive=True, centre=math.log(value), spread=PRIOR)
+        else:
+            spread = PRIOR * abs(value) if value else math.inf
+            found[name] = Belief(lower, upper, value, spread)
+    return found
+
+
+def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Belief]:
+    """Of a candidate's parameters: the bounds of its declaration; a shape stays within a factor of two."""
+    found = {}
+    for schema in candidate.linear:
+        lower = -math.inf if schema.lower is None else schema.lower
+        upper = math.inf if schema.upper is None else schema.upper
+        found[candidate.parameter(schema)] = Belief(lower, upper)
+    if candidate.shape is not None and shape is not None:
+        found[candidate.parameter(candidate.shape)] = Belief(
+            positive=True, centre=math.log(shape), spread=math.log(2.0)
+        )
+    return found
+
+
+def _usual_speed(recording: Recording) -> float:
+    """Root mean square speed of the fastest measured position, or of a measured speed."""
+    speeds = [1e-6]
+    for (quantity, _, _), values in recording.channels.items():
+        if quantity == "position":
+            span = max(1, int(0.02 / recording.sample_time))  # a difference over 20 ms: no noise is blown up
+            speeds.append(float(np.std(values[span:] - values[:-span])) / (span * recording.sample_time))
+        elif quantity == "velocity":
+            speeds.append(float(np.std(values)))
+    return max(speeds)
+
+
+def _rounded(value: float) -> float:
+    """To 1, 2 or 5 times a power of ten: recordings that are alike share a kernel."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(power * max(m for m in (1.0, 2.0, 5.0) if m * power <= value * (1 + 1e-12)))

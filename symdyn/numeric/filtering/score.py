@@ -1,0 +1,135 @@
+"""Which hypothesis could explain what is left: score tests on the innovations, in a few runs of the filter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.hypotheses import shape_values
+
+Array = NDArray[np.float64]
+
+RANK = 1e-6  # of the largest singular value of columns of unit length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Score:
+    """A hypothesis at its best shape: expected ``gain`` in nats, first ``estimate`` of its linear parameters."""
+
+    candidate: Candidate
+    shape: float | None
+    gain: float
+    estimate: Array
+    tests: int
+
+    @property
+    def p_value(self) -> float:
+        """Of such a gain by chance, all shapes that were tried allowed for."""
+        return min(1.0, self.tests * float(stats.chi2.sf(2.0 * self.gain, max(self.candidate.size, 1))))
+
+
+def scores(
+    bench: FilterBench,
+    p: Array,
+    own: Sequence[str],
+    proposed: Sequence[Candidate],
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Score]:
+    """Every hypothesis, best first; the parameters ``own`` that are fitted anyway count as explained already.
+
+    Rao's test: half the fall of the sum of squared innovations when the effect's columns are added,
+    linearised at its null value, for every value of its shape parameter.
+    """
+    n = len(bench.kernel.coordinates)
+    base = bench.filtered(p)
+    speeds = dict(
+        zip(bench.kernel.coordinates, np.quantile(np.abs(base.states[:, n : 2 * n]), 0.99, axis=0), strict=True)
+    )
+    fastest = max(speeds.values())
+    by_shape: dict[float, list[Candidate]] = {}
+    tests: dict[str, int] = {}
+    for candidate in proposed:
+        values = shape_values(candidate, bench.signals, float(speeds.get(candidate.place.address, fastest)))
+        tests[candidate.label] = len(values)
+        for value in values:
+            by_shape.setdefault(0.0 if np.isnan(value) else float(value), []).append(candidate)
+    best: dict[str, Score] = {}
+    still = bench.filtered(p, tuple(own))
+    root = np.sqrt(still.variances)
+    basis = _basis((-still.slopes / root[:, :, None]).reshape(-1, len(own)))
+    residual = still.white.ravel()
+    before = residual - basis @ (basis.T @ residual)
+    for i, (value, members) in enumerate(sorted(by_shape.items(), key=lambda item: item[0])):
+        progress(f"hypotheses, {i + 1} of {len(by_shape)} shapes")
+        for score in _at(bench, p, value, members, tests, basis, before):
+            label = score.candidate.label
+            if label not in best or score.gain > best[label].gain:
+                best[label] = score
+    return sorted(best.values(), key=lambda s: (-s.gain, s.candidate.label))
+
+
+def _at(
+    bench: FilterBench,
+    p: Array,
+    value: float,
+    members: Sequence[Candidate],
+    tests: dict[str, int],
+    basis: Array,
+    before: Array,
+) -> list[Score]:
+    """Hypotheses that are linear, at one value of their shapes; those of shape alone, one by one."""
+    found = []
+    linear = [c for c in members if c.linear]
+    if linear:
+        moved = p.copy()
+        for c in linear:
+            if c.shape is not None:
+                moved[bench.index[c.parameter(c.shape)]] = value
+        names = tuple(c.parameter(s) for c in linear for s in c.linear)
+        done = bench.filtered(moved, names)
+        columns = (-done.slopes / np.sqrt(done.variances)[:, :, None]).reshape(-1, len(names))
+        first = 0
+        for c in linear:
+            own = columns[:, first : first + len(c.linear)]
+            first += len(c.linear)
+            length = np.linalg.norm(own, axis=0)
+            length = np.where(length > 0, length, 1.0)
+            free = own / length
+            free = free - basis @ (basis.T @ free)
+            visible = np.linalg.norm(free, axis=0) > RANK
+            estimate = np.zeros(len(c.linear))
+            if visible.any():
+                estimate[visible] = np.linalg.lstsq(free[:, visible], before, rcond=RANK)[0]
+            gain = 0.5 * float(before @ before - np.sum((before - free @ estimate) ** 2))
+            inside = np.clip(estimate / length, *_limits(c))
+            if not np.array_equal(inside, estimate / length):  # friction that drives is no friction
+                kept = inside * length
+                gain = 0.5 * float(before @ before - np.sum((before - free @ kept) ** 2))
+            estimate = inside
+            found.append(Score(c, None if c.shape is None else value, gain, estimate, tests[c.label]))
+    for c in members:
+        if not c.linear and c.shape is not None:
+            moved = p.copy()
+            moved[bench.index[c.parameter(c.shape)]] = value
+            white = bench.filtered(moved).white.ravel()
+            left = white - basis @ (basis.T @ white)
+            gain = 0.5 * float(before @ before - left @ left)
+            found.append(Score(c, value, gain, np.zeros(0), tests[c.label]))
+    return found
+
+
+def _limits(candidate: Candidate) -> tuple[list[float], list[float]]:
+    lower = [-np.inf if s.lower is None else s.lower for s in candidate.linear]
+    return lower, [np.inf if s.upper is None else s.upper for s in candidate.linear]
+
+
+def _basis(columns: Array) -> Array:
+    length = np.linalg.norm(columns, axis=0)
+    u, size, _ = np.linalg.svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
+    return np.asarray(u[:, size > RANK * size.max(initial=0.0)])

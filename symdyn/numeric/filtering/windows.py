@@ -1,0 +1,56 @@
+"""Free runs over short windows: what a model predicts by itself from a state that was estimated at their start."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.signals import Signals
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.25  # s
+FEWEST = 8  # samples of a window
+
+
+def free_runs(bench: FilterBench, p: Array) -> Array:
+    """(N, m) prediction of every channel, started anew from the filter's state every ``WINDOW`` seconds.
+
+    Latent forces are left out: this is the model alone. Where a gap cuts a window it ends.
+    """
+    s = bench.signals
+    n = len(bench.kernel.states)
+    states = bench.filtered(p).states[:, :n]
+    length = _length(s)
+    predicted = np.full_like(s.y, np.nan)
+    ends = [0, *(int(i) + 1 for i in np.flatnonzero(np.isnan(s.steps)))]
+    for first, last in zip(ends[:-1], ends[1:], strict=True):
+        for start in range(first, last, length):
+            stop = min(start + length, last)
+            if stop - start >= FEWEST:
+                predicted[start:stop] = bench.simulated(p, states[start], start, stop)
+    return predicted
+
+
+def relative_errors(bench: FilterBench, predicted: Array) -> Array:
+    """(m,) size of the prediction's error, over how far each channel moves from the start of its window."""
+    off = bench.signals.y - predicted
+    return np.asarray(np.sqrt(np.nanmean(off**2, axis=0)) / sizes(bench.signals))
+
+
+def sizes(signals: Signals) -> Array:
+    """(m,) how far each channel moves within a window, as a standard deviation."""
+    length = _length(signals)
+    moved = signals.y[length:] - signals.y[:-length]
+    size = np.sqrt(np.nanmean(moved**2, axis=0) / 2.0)
+    return np.where(size > 0, size, 1.0)
+
+
+def _length(signals: Signals) -> int:
+    return max(FEWEST, round(WINDOW / float(np.nanmedian(signals.steps))))
+
+
+def overall(errors: Array) -> float:
+    """Channels count alike (root mean square)."""
+    return float(np.sqrt(np.mean(errors**2)))
