@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -79,7 +79,8 @@ class Case:
         found = []
         for kind, address in self.kinds:
             place = machine.place(address) if address else machine.places[0]
-            found.append(DRAWS[kind](rng_of("size", kind, address, self.machine, self.seed), place))
+            plant = DRAWS[kind](rng_of("size", kind, address, self.machine, self.seed), place)
+            found.append(replace(plant, also_at=(*plant.also_at, *place.same_as)))
         return tuple(found)
 
     @cached_property

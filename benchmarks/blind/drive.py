@@ -244,7 +244,7 @@ class RigidDrive(Drive):
     friction = (("b", "T_f"), (None, None))
     motor, tacho, flexible = 0, 0, "j1.shaft"
     places = (
-        Place("j1.motor", "inertia", 0.03, 12.0, REACH),
+        Place("j1.motor", "inertia", 0.03, 12.0, REACH, same_as=("j1",)),
         Place("j1", "joint", 0.03, 12.0, REACH),
         Place("j1.shaft", "missing shaft", 0.03, 1.0, 0.03),
         Place("j1.circuit", "circuit", 1.0, 0.0, 0.0),
