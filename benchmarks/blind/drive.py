@@ -2,8 +2,8 @@
 
 The seed's drive (H. H. van de Ven, "Aspects of dynamic models of robots", Journal A 27(1), 1986, section 4.1) is
 tachometer, motor, harmonic drive and load on three shafts; the other is a motor and a load that the model takes for
-rigid. Voltage is recorded as commanded, ahead of the amplifier; current, the motor's angle and the tachometer always;
-the angle of the output in every other case.
+rigid. The servo records what it samples: its voltage as commanded, ahead of the amplifier; current, the motor's angle
+and the tachometer's voltage always; the angle of the output in every other case.
 """
 
 from __future__ import annotations
@@ -78,6 +78,7 @@ class Drive(Machine):
             speeds[:, 0],
             dither,
             noise,
+            sensors.stride,
             STEPS,
         )
         every = slice(None, None, sensors.stride)

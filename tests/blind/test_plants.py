@@ -164,7 +164,7 @@ def test_the_linear_drive_moves_as_its_matrix_says() -> None:
     motor = np.array([resistance, inductance, constant, constant])
     u, current, angle, tacho, load = chain.simulate(
         inertia, springs, np.zeros(len(chain.SHAFT)), amplifier, motor, np.zeros((4, laws.WIDTH)), 1, 0,
-        np.sin(20 * time), 20 * np.cos(20 * time), np.zeros(400), np.zeros(400), 50,
+        np.sin(20 * time), 20 * np.cos(20 * time), np.zeros(400), np.zeros(400), 1, 50,
     )  # fmt: skip
     a, b = np.zeros((9, 9)), np.zeros((9, 1))
     a[:4, 4:8] = np.eye(4)
