@@ -33,6 +33,7 @@ class Score:
 
     answered: bool
     verdict: str
+    found: int  # findings
     effects: tuple[Effect, ...]
     extra: int  # findings beyond one for each planted effect
     alarm: bool  # anything but "complete"
@@ -51,12 +52,12 @@ def score(
     """``planted`` as in the record of a case; ``answer`` the tool's JSON, None where there is none."""
     if answer is None:
         effects = tuple(_missed(plant, NONE) for plant in planted)
-        return Score(False, NONE, effects, 0, False, False, None, None, seconds)
+        return Score(False, NONE, 0, effects, 0, False, False, None, None, seconds)
     findings = list(answer.get("findings", []))
     verdict = str(answer.get("verdict", ""))
     if verdict == REFUSED:
         effects = tuple(_refused(plant, answer) for plant in planted)
-        return Score(True, verdict, effects, 0, True, False, None, None, seconds)
+        return Score(True, verdict, 0, effects, 0, True, False, None, None, seconds)
     matched = [_match(plant, findings) for plant in planted]
     used = [f for match in matched if match is not None for f in match.values()]
     open_ = [f for f in findings if not any(f is other for other in used)]
@@ -69,7 +70,7 @@ def score(
     before, after = (_over(answer.get("fit", {}).get(when, {}).get("heldout"), oracle) for when in ("before", "after"))
     alarm = verdict != "complete" or bool(findings)
     extra = max(0, len(open_) - wrong)
-    return Score(True, verdict, effects, extra, alarm, structured, before, after, seconds)
+    return Score(True, verdict, len(findings), effects, extra, alarm, structured, before, after, seconds)
 
 
 def _over(error: float | None, oracle: float | None) -> float | None:

@@ -157,14 +157,18 @@ def test_the_tables_hold_every_case() -> None:
         Scored("a", "two-link", "single", "middle", found),
         Scored("b", "two-link", "null", "middle", silent),
         Scored("c", "two-link", "unknown", "high", told),
+        Scored("d", "six-joint", "null", "low", score([], None, None, 9.0), "error: refused"),
     ]
     assert confusion(cases) == {
         ("coulomb", "coulomb_friction"): 1,
         ("nothing", "nothing"): 1,
         ("hum", "unexplained"): 1,
+        ("nothing", "no answer"): 1,
     }
     assert [(row.kind, row.named, row.count) for row in kinds(cases)] == [("coulomb", 1, 1), ("hum", 0, 1)]
     page = markdown(cases, ("tool", "{model}"))
-    assert "| name right (single and pairs) | 1/1 = 100 % (21 to 100) | - | >= 95 % |" in page
-    assert "| unknown effects told as unexplained | - | 1/1 = 100 % (21 to 100) | >= 90 % |" in page
-    assert len(facts(cases)["cases"]) == 3
+    assert "| name right (single and pairs) | - | 1/1 = 100 % (21 to 100) | - | >= 95 % |" in page
+    assert "| unknown effects told as unexplained | - | - | 1/1 = 100 % (21 to 100) | >= 90 % |" in page
+    assert "| unknown effects, told and nothing named | - | - | 1/1 = 100 % (21 to 100) |" in page
+    assert "| six-joint | error: refused | 1 |" in page
+    assert len(facts(cases)["cases"]) == 4
