@@ -30,8 +30,9 @@ GROUPS = ("null", "single", "pair", "unknown")
 _ARM_ONLY = ("counterbalance", "load_dependent")
 _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, and told, at a place
     # The inertia of joint 1 takes up what is added to it; on link 2 gravity does not turn with the joint's angle.
-    ("two-link", "j1"): tuple(k for k in MOVING if k != "added_inertia") + tuple(ARM),
-    ("two-link", "j2"): tuple(k for k in MOVING if k != "unbalance") + tuple(ARM),
+    # Its effort is measured: a limit ahead of that would be none of its physics.
+    ("two-link", "j1"): tuple(k for k in (*MOVING, *ARM) if k not in ("added_inertia", "effort_limit")),
+    ("two-link", "j2"): tuple(k for k in (*MOVING, *ARM) if k not in ("unbalance", "effort_limit")),
     ("two-link", ""): tuple(WHOLE),
     ("six-joint", ""): tuple(WHOLE),
     ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)) + tuple(TACHO),
