@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.base.errors import NumericalError
 from symdyn.compiler import compile_robot
-from symdyn.numeric.band import analysis_band, band_of
-from symdyn.numeric.candidates import Candidate, augmented, bounds, candidates
+from symdyn.emit.kernel import Kernel
+from symdyn.numeric.band import Band, analysis_band, band_of
+from symdyn.numeric.candidates import Candidate, bounds, candidates
 from symdyn.numeric.conclude import conclude
 from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, own_parameters, ready
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
 from symdyn.numeric.fitting import fit, joint_weight
+from symdyn.numeric.laws import Laws
 from symdyn.numeric.observation import observe
+from symdyn.numeric.probe import Probe, probes
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import encompassing
 from symdyn.numeric.search import TIE, Search, Trial, rank
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.records import Robot
+from symdyn.spec.records import Motion, Robot
 
 Progress = Callable[[str], None]
 
 DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
-MAX_FINDINGS = 12
+MAX_FINDINGS = 6  # per joint
 ALTERNATIVES = 3  # shown per step
 
 
@@ -56,7 +59,7 @@ def _diagnose(
     given = current = case.explain()
     findings: list[Finding] = []
     alarms: list[str] = []
-    while len(findings) < MAX_FINDINGS:
+    while len(findings) < MAX_FINDINGS * len(case.joints):
         earning, refused = _tried(case, current, proposed, f"step {len(findings) + 1}", progress)
         alarms += [f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused]
         step = _first_that_earns(case, current, earning, alarms)
@@ -76,22 +79,39 @@ def prepare(
 ) -> tuple[Case, tuple[Candidate, ...]]:
     """One kernel with every candidate in it, on both recordings, in the band where the mismatch lives."""
     proposed = candidates(robot)
-    progress(f"deriving and compiling {robot.name} with {len(proposed)} candidate effects")
-    kernel = compile_robot(augmented(robot, proposed)).kernel()
-    seen = observe(robot, kernel, training)
-    wide = Workbench(kernel, seen)
-    start = fit(wide, kernel.values, own_parameters(robot, wide), joint_weight(seen.tau, seen.tau), bounds(robot))
+    progress(f"deriving and compiling {robot.name}, and {len(proposed)} candidate effects")
+    kernel = compile_robot(robot).kernel()
+    wide = Workbench(kernel, observe(robot, kernel, training))
+    own = own_parameters(robot, wide)
+    start = fit(wide, kernel.values, own, joint_weight(wide.effort, wide.effort), bounds(robot))
+    seen = wide.observation
     chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
-    cutoff = DERIVATIVE_ROOM * chosen.cutoff
-    bench = Workbench(kernel, observe(robot, kernel, training, cutoff), chosen)
-    held_band = band_of(chosen.cutoff, 1.0 / heldout.sample_time)
-    return Case(robot, bench, Workbench(kernel, observe(robot, kernel, heldout, cutoff), held_band)), proposed
+    return case_in_band(robot, kernel, own, probes(proposed), training, heldout, chosen), proposed
+
+
+def case_in_band(
+    robot: Robot,
+    kernel: Kernel,
+    own: tuple[str, ...],
+    known: Mapping[Motion, Probe],
+    training: Recording,
+    heldout: Recording,
+    band: Band,
+) -> Case:
+    """Both recordings in one analysis band."""
+
+    def laws(recording: Recording) -> Laws:
+        seen = observe(robot, kernel, recording, DERIVATIVE_ROOM * band.cutoff)
+        bench = Workbench(kernel, seen, band_of(band.cutoff, seen.rate))
+        return Laws(known, bench, [joint.name for joint in robot.joints])
+
+    return Case(robot, laws(training), laws(heldout), own)
 
 
 def _tried(
     case: Case, current: Explanation, proposed: Sequence[Candidate], step: str, progress: Progress
 ) -> tuple[list[Trial], list[Trial]]:
-    search = Search(case.bench, current.fit.p, current.fit.names, current.weight, case.joints)
+    search = Search(case.laws, current.training, current.design, current.weight)
     open_ = ready(proposed, case.robot, current.effects)
     return rank(search, open_, LEVEL, lambda what: progress(f"{step}: {what}"))
 
@@ -102,7 +122,7 @@ def _first_that_earns(
     """The best candidate on training data that held-out data confirm, fitted."""
     for trial in earning:
         try:
-            better = case.explain((*current.found, (trial.candidate, trial.shape)))
+            better = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
         except NumericalError:
             alarms.append(f"{trial.candidate.label} could not be fitted: it does not settle")
             continue
@@ -120,7 +140,7 @@ def _alternatives(case: Case, current: Explanation, earning: Sequence[Trial], ch
     found = []
     for trial in [t for t in earning if t is not chosen][:ALTERNATIVES]:
         try:
-            other = case.explain((*current.found, (trial.candidate, trial.shape)))
+            other = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
         except NumericalError:
             continue
         error = case.errors(other).heldout
@@ -156,7 +176,7 @@ def _reexamined(
         candidate, _ = item
         if any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found):
             continue
-        without = case.explain(tuple(other for other in current.found if other is not item))
+        without = case.explain(tuple(other for other in current.found if other is not item), current)
         if not case.earns(without, current):
             alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
             current = without
@@ -174,8 +194,8 @@ def _with_rivals(
     """What could stand in the finding's place: effects there that it does not improve on, beyond chance."""
     progress(f"looking for rivals of {finding.title} at {finding.place}")
     mine = next(i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place))
-    rest = case.explain(tuple(item for item in current.found if item is not mine))
-    search = Search(case.bench, rest.fit.p, rest.fit.names, rest.weight, case.joints)
+    rest = case.explain(tuple(item for item in current.found if item is not mine), current)
+    search = Search(case.laws, rest.training, rest.design, rest.weight)
     own = search.trial(mine[0])
     rivals = []
     for other in ready(proposed, case.robot, rest.effects):

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from symdyn.base.errors import NumericalError, Problem
+from symdyn.base import errors
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.fold import Folded, Plain, Problem
 from symdyn.numeric.regression import LinearFit, fit_linear, solve_bounded
 from symdyn.numeric.workbench import Workbench
 
@@ -18,6 +20,7 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 50
 SETTLED = 1e-7  # relative fall of the loss below which a fit has settled
 CREEPING = 1e-4  # a fall that small after all iterations: a valley which the recording does not tell from its floor
+EVALUATIONS = 200  # of a trust region, after which it may be creeping, too
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,73 +49,94 @@ def fit(bench: Workbench, p: Array, names: Sequence[str], weight: Array, bounds:
 
     Raises NumericalError (SD612) if the iteration does not settle.
     """
-    p = p.copy()
     if not names:
-        empty = LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool))
-        return Fit((), p, empty)
-    where = [bench.index[name] for name in names]
-    size = _sizes(p[where])
-    limits = bounds or {}
-    lower = np.array([limits.get(name, (-np.inf, np.inf))[0] for name in names])
-    upper = np.array([limits.get(name, (-np.inf, np.inf))[1] for name in names])
-    previous = _loss(bench.residual(p), weight)
+        return Fit((), p.copy(), LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool)))
+    none = np.zeros((*bench.effort.shape, 0))
+    p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {})
+    last = fit_linear(bench.columns(p, names) * weight[:, None], bench.residual(p) * weight)
+    return Fit(tuple(names), p, last)
+
+
+def minimise(
+    bench: Workbench,
+    p: Array,
+    names: Sequence[str],
+    added: Array,
+    start: Array,
+    added_names: Sequence[str],
+    weight: Array,
+    bounds: Bounds,
+) -> tuple[Array, Array]:
+    """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients)."""
+    size = len(p)
+    where = [*(bench.index[name] for name in names), *range(size, size + len(start))]
+    x0 = np.concatenate([p, start])
+    if not where:
+        return p.copy(), start.copy()
+    wanted = [bounds.get(name, (-np.inf, np.inf)) for name in (*names, *added_names)]
+    limits = np.array([b[0] for b in wanted]), np.array([b[1] for b in wanted])
+    problem = Folded(bench, names, added) if bench.foldable(names) else Plain(bench, names, added)
+    x = _minimise(problem, x0, where, weight, limits)
+    return x[:size], x[size:]
+
+
+def _minimise(problem: Problem, x: Array, where: Sequence[int], weight: Array, limits: tuple[Array, Array]) -> Array:
+    x = x.copy()
+    size = _sizes(x[where])
+    previous = _loss(problem.residual(x), weight)
     for _ in range(MAX_ITERATIONS):
-        columns, target = bench.columns(p, names) * weight[:, None], bench.residual(p) * weight
-        step = solve_bounded(columns, target, size, lower - p[where], upper - p[where])
-        p, loss = _line_search(bench, p, where, step, weight, previous)
+        columns, target = problem.columns(x) * weight[:, None], problem.residual(x) * weight
+        step = solve_bounded(columns, target, size, limits[0] - x[where], limits[1] - x[where])
+        x, loss = _line_search(problem, x, where, step, weight, previous)
         fall, previous = previous - loss, loss
         if fall <= SETTLED * previous:
             break
     else:
         if fall > CREEPING * previous:
-            p = _trust_region(bench, p, names, where, weight, size, (lower, upper))
-    last = fit_linear(bench.columns(p, names) * weight[:, None], bench.residual(p) * weight)
-    return Fit(tuple(names), p, last)
+            x = _trust_region(problem, x, where, weight, size, limits)
+    return x
 
 
 def _trust_region(
-    bench: Workbench,
-    p: Array,
-    names: Sequence[str],
-    where: Sequence[int],
-    weight: Array,
-    size: Array,
-    limits: tuple[Array, Array],
+    problem: Problem, x: Array, where: Sequence[int], weight: Array, size: Array, limits: tuple[Array, Array]
 ) -> Array:
     """What Gauss-Newton does not settle: parameters that appear as products, in a model that lacks something."""
 
-    def at(x: Array) -> Array:
-        moved = p.copy()
-        moved[where] = x
+    def at(part: Array) -> Array:
+        moved = x.copy()
+        moved[where] = part
         return moved
 
-    def residual(x: Array) -> Array:
-        return (bench.residual(at(x)) * weight).ravel()
+    def residual(part: Array) -> Array:
+        return (problem.residual(at(part)) * weight).ravel()
 
-    def jacobian(x: Array) -> Array:
-        return -(bench.columns(at(x), names) * weight[:, None]).reshape(-1, len(names))
+    def jacobian(part: Array) -> Array:
+        return -(problem.columns(at(part)) * weight[:, None]).reshape(-1, len(where))
 
-    start = np.clip(p[where], *limits)
-    solution = optimize.least_squares(residual, start, jac=jacobian, bounds=limits, x_scale=size, ftol=SETTLED)
-    if not solution.success:
-        message = f"the fit of {', '.join(names)} did not settle: {solution.message}"
-        raise NumericalError(Problem("SD612", message))
+    start = np.clip(x[where], *limits)
+    before = float(np.sum(residual(start) ** 2))
+    solution = optimize.least_squares(
+        residual, start, jac=jacobian, bounds=limits, x_scale=size, ftol=SETTLED, max_nfev=EVALUATIONS
+    )
+    if not solution.success and 2.0 * solution.cost > before:
+        message = f"the fit of {len(where)} parameters did not settle: {solution.message}"
+        raise NumericalError(errors.Problem("SD612", message))
     return at(solution.x)
 
 
 def _line_search(
-    bench: Workbench, p: Array, where: Sequence[int], step: Array, weight: Array, previous: float
+    problem: Problem, x: Array, where: Sequence[int], step: Array, weight: Array, previous: float
 ) -> tuple[Array, float]:
     """The longest of the step's halvings that does not raise the loss; none at all when none does."""
     scale = 1.0
     while scale > 1e-4:
-        trial = p.copy()
+        trial = x.copy()
         trial[where] += scale * step
-        loss = _loss(bench.residual(trial), weight)
+        loss = _loss(problem.residual(trial), weight)
         if loss <= previous:
             return trial, loss
         scale /= 2.0
-    return p, previous
+    return x, previous
 
 
 def _sizes(values: Array) -> Array:
