@@ -79,6 +79,13 @@ def cut(recording: Recording, name: str, parts: Sequence[slice]) -> Recording:
     return replace(made(name, recording.time[rows], values, [int(b) for b in breaks]), sha256=recording.sha256)
 
 
+def interleaved(recording: Recording, count: int) -> tuple[Recording, Recording]:
+    """``count`` blocks of equal length: the odd ones to train on, the even ones to judge on."""
+    edges = [round(i * len(recording.time) / count) for i in range(count + 1)]
+    blocks = [slice(a, b) for a, b in pairwise(edges)]
+    return cut(recording, "odd blocks", blocks[0::2]), cut(recording, "even blocks", blocks[1::2])
+
+
 def joined(name: str, recordings: Sequence[Recording]) -> Recording:
     """Several runs one after the other, each with segments of its own."""
     offset, times, breaks, count = 0.0, [], [], 0

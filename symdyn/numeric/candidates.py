@@ -66,10 +66,11 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
-def fitted_parameters(robot: Robot) -> tuple[str, ...]:
+def fitted_parameters(robot: Robot, scaled: bool = True) -> tuple[str, ...]:
     """The model's own parameters that a fit may move: inertial ones (the tool's too) and those of its effects.
 
-    Geometry, gravity and actuator gains are taken as known: the recording is read through them.
+    Geometry, gravity and actuator gains are taken as known: the recording is read through them. Where no
+    effort was measured (not ``scaled``), masses and their centres are, too.
     """
     moving: list[Monomial] = [value for e in robot.effects for _, value in e.values]
     fixed: list[Monomial] = list(robot.gravity)
@@ -77,9 +78,11 @@ def fitted_parameters(robot: Robot) -> tuple[str, ...]:
         fixed += robot.base.position
     if robot.tool is not None:
         fixed += robot.tool.placement.position
-        moving += [robot.tool.link.mass, *robot.tool.link.com, *robot.tool.link.inertia]
+    links = [joint.link for joint in robot.joints] + ([robot.tool.link] if robot.tool is not None else [])
+    for link in links:
+        (moving if scaled else fixed).extend([link.mass, *link.com])
+        moving += link.inertia
     for joint in robot.joints:
-        moving += [joint.link.mass, *joint.link.com, *joint.link.inertia]
         place = joint.placement
         fixed += [place.theta, place.d, place.a, place.alpha] if isinstance(place, DHRow) else place.position
         if joint.actuator is not None:

@@ -37,7 +37,7 @@ def conclude(
     bench = Workbench(emitted, case.bench.observation, case.bench.band)
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
-    after = Errors(relative_error(r_training, bench.effort), relative_error(r_heldout, judge.effort))
+    after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
     remaining = leftover(
         (r_training, _motion(bench)),
         (r_heldout, _motion(judge)),

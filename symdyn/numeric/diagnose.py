@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.base.errors import NumericalError
-from symdyn.compiler import compile_robot
-from symdyn.emit.kernel import Kernel
-from symdyn.numeric.band import Band, analysis_band, band_of
-from symdyn.numeric.candidates import Candidate, bounds, candidates
+from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.conclude import conclude
-from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, own_parameters, ready
+from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, ready
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
-from symdyn.numeric.fitting import fit, joint_weight
-from symdyn.numeric.laws import Laws
-from symdyn.numeric.observation import observe
-from symdyn.numeric.probe import Probe, probes
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import encompassing
 from symdyn.numeric.search import TIE, Search, Trial, rank
-from symdyn.numeric.workbench import Workbench
-from symdyn.spec.records import Motion, Robot
+from symdyn.numeric.setting import Setting, prepare
+from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
 
-DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
 MAX_FINDINGS = 6  # per joint
+WIDER = 1.5  # times the band, from which on it is worth another search
 ALTERNATIVES = 3  # shown per step
 
 
@@ -55,10 +48,29 @@ def diagnose(
 def _diagnose(
     robot: Robot, training: Recording, heldout: Recording, band: float | None, progress: Progress
 ) -> Diagnosis:
-    case, proposed = prepare(robot, training, heldout, band, progress)
+    setting = prepare(robot, training, heldout, progress)
+    case = setting.case(setting.given() if band is None else band)
     given = current = case.explain()
     findings: list[Finding] = []
     alarms: list[str] = []
+    current, findings = _forward(case, current, findings, setting.proposed, alarms, progress)
+    if band is None:
+        case, given, current, findings = _widened(setting, case, given, current, findings, alarms, progress)
+    current, findings = _reexamined(case, current, findings, alarms)
+    findings = [_with_rivals(case, current, finding, setting.proposed, progress) for finding in findings]
+    return conclude(case, given, current, findings, alarms, training.name, heldout.name)
+
+
+def _forward(
+    case: Case,
+    current: Explanation,
+    findings: list[Finding],
+    proposed: Sequence[Candidate],
+    alarms: list[str],
+    progress: Progress,
+) -> tuple[Explanation, list[Finding]]:
+    """Effect after effect, until none earns its place any more."""
+    findings = list(findings)
     while len(findings) < MAX_FINDINGS * len(case.joints):
         earning, refused = _tried(case, current, proposed, f"step {len(findings) + 1}", progress)
         alarms += [f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused]
@@ -69,43 +81,34 @@ def _diagnose(
         findings.append(_finding(case, trial.candidate, current, better, _alternatives(case, current, earning, trial)))
         current = better
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
-    current, findings = _reexamined(case, current, findings, alarms)
-    findings = [_with_rivals(case, current, finding, proposed, progress) for finding in findings]
-    return conclude(case, given, current, findings, alarms, training.name, heldout.name)
+    return current, findings
 
 
-def prepare(
-    robot: Robot, training: Recording, heldout: Recording, band: float | None, progress: Progress
-) -> tuple[Case, tuple[Candidate, ...]]:
-    """One kernel with every candidate in it, on both recordings, in the band where the mismatch lives."""
-    proposed = candidates(robot)
-    progress(f"deriving and compiling {robot.name}, and {len(proposed)} candidate effects")
-    kernel = compile_robot(robot).kernel()
-    wide = Workbench(kernel, observe(robot, kernel, training))
-    own = own_parameters(robot, wide)
-    start = fit(wide, kernel.values, own, joint_weight(wide.effort, wide.effort), bounds(robot))
-    seen = wide.observation
-    chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
-    return case_in_band(robot, kernel, own, probes(proposed), training, heldout, chosen), proposed
+def _widened(
+    setting: Setting,
+    case: Case,
+    given: Explanation,
+    current: Explanation,
+    findings: list[Finding],
+    alarms: list[str],
+    progress: Progress,
+) -> tuple[Case, Explanation, Explanation, list[Finding]]:
+    """What was found filled the band. What it covered may be quicker: the search goes on in the band of what is left.
 
-
-def case_in_band(
-    robot: Robot,
-    kernel: Kernel,
-    own: tuple[str, ...],
-    known: Mapping[Motion, Probe],
-    training: Recording,
-    heldout: Recording,
-    band: Band,
-) -> Case:
-    """Both recordings in one analysis band."""
-
-    def laws(recording: Recording) -> Laws:
-        seen = observe(robot, kernel, recording, DERIVATIVE_ROOM * band.cutoff)
-        bench = Workbench(kernel, seen, band_of(band.cutoff, seen.rate))
-        return Laws(known, bench, [joint.name for joint in robot.joints])
-
-    return Case(robot, laws(training), laws(heldout), own)
+    Where that finds nothing, everything stays as it was in the narrow band, which holds less noise.
+    """
+    cutoff = setting.left(current)
+    if not findings or cutoff < WIDER * case.bench.edge:
+        return case, given, current, findings
+    progress(f"what is left reaches up to {cutoff:.3g} Hz")
+    wide = setting.case(cutoff, case.bench.edge)
+    before = wide.explain(current.found, current)
+    noted: list[str] = []
+    after, more = _forward(wide, before, findings, setting.proposed, noted, progress)
+    if len(more) == len(findings):
+        return case, given, current, findings
+    alarms += noted
+    return wide, wide.explain(), after, more
 
 
 def _tried(

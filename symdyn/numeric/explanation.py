@@ -24,8 +24,9 @@ LEVEL = 0.01  # significance of a gain
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 EARNS = 0.03  # an effect that takes less than this part off the held-out error is not worth a line in a model
 
+SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
-SHAPE_ROOM = 2.0  # factor about its scanned value within which a shape parameter stays
+SHAPE_ROOM = 2.0  # factor about its scanned value within which a shape parameter stays, and within the scan's ends
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
@@ -64,6 +65,7 @@ class Case:
     laws: Laws  # training
     judged: Laws  # held out
     own: tuple[str, ...]  # the model's own parameters that a fit moves
+    spread: float = SPREAD  # standard deviation that their values as given are thought to have, as a share of them
 
     @property
     def bench(self) -> Workbench:
@@ -99,6 +101,10 @@ class Case:
             found, done, tuple(state), weight, design, training, self._residual(self.judged, found, p, state)
         )
 
+    def residual(self, laws: Laws, of: Explanation) -> Array:
+        """(K, n) of another recording, or the same in another band."""
+        return self._residual(laws, of.found, of.fit.p, list(of.fitted))
+
     def _settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
         """Shape parameters by Gauss-Newton around the fit of all others, which is cheap."""
         p, state, loss = self._linear(found, p, state, weight)
@@ -109,7 +115,7 @@ class Case:
             step = solve_linear(design * weight[:, None], residual * weight)
             for scale in (1.0, 0.25, 0.0625):
                 moved = [
-                    Fitted(f.coefficients, self._moved(c, scanned, f.shapes, scale * change))
+                    Fitted(f.coefficients, self._moved(self.laws.ends(c), scanned, f.shapes, scale * change))
                     for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
                 ]
                 trial_p, trial, lower = self._linear(found, p, moved, weight)
@@ -124,11 +130,11 @@ class Case:
 
     @staticmethod
     def _moved(
-        candidate: Candidate, scanned: tuple[float, ...], shapes: tuple[float, ...], step: Array
+        ends: Sequence[tuple[float, float]], scanned: tuple[float, ...], shapes: tuple[float, ...], step: Array
     ) -> tuple[float, ...]:
         return tuple(
-            float(np.clip(value + change, middle / SHAPE_ROOM, middle * SHAPE_ROOM))
-            for middle, value, change in zip(scanned, shapes, step, strict=True)
+            float(np.clip(value + change, max(middle / SHAPE_ROOM, low), min(middle * SHAPE_ROOM, high)))
+            for (low, high), middle, value, change in zip(ends, scanned, shapes, step, strict=True)
         )
 
     def _shape_part(self, found: Found, step: Array) -> list[Array]:
@@ -148,7 +154,7 @@ class Case:
             limits |= candidate_bounds(candidate)
         added = self._added(self.laws, found, state)
         start = np.array([value for f in state for value in f.coefficients])
-        p, coefficients = minimise(self.bench, p, self.own, added, start, names, weight, limits)
+        p, coefficients = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread)
         done, at = [], 0
         for f in state:
             count = len(f.coefficients)
@@ -176,7 +182,9 @@ class Case:
 
     def errors(self, of: Explanation) -> Errors:
         """Relative errors of the effort."""
-        return Errors(relative_error(of.training, self.bench.effort), relative_error(of.heldout, self.judge.effort))
+        return Errors(
+            relative_error(of.training, self.bench.reference), relative_error(of.heldout, self.judge.reference)
+        )
 
     def earns(self, before: Explanation, after: Explanation) -> bool:
         """Held-out error falls by more than chance, over all, and at some joint by enough to matter."""
@@ -232,8 +240,11 @@ class Case:
 
 
 def own_parameters(robot: Robot, bench: Workbench) -> tuple[str, ...]:
-    """The model's own parameters that inverse dynamics depends on in this recording."""
-    names = fitted_parameters(robot)
+    """The model's own parameters that inverse dynamics depends on in this recording.
+
+    Without any effort nothing tells how heavy the machine is: masses and their centres are taken as given.
+    """
+    names = fitted_parameters(robot, scaled=bool(np.any(bench.effort)))
     if not names:
         return ()
     moving = np.any(bench.columns(bench.kernel.values, names), axis=(0, 1))
@@ -247,7 +258,7 @@ def heldout_gain(before: Explanation, after: Explanation) -> tuple[float, float]
 
 def joint_errors(residual: Array, bench: Workbench) -> Array:
     """(n,) relative error per joint."""
-    return np.array([relative_error(residual[:, [j]], bench.effort[:, [j]]) for j in range(residual.shape[1])])
+    return np.array([relative_error(residual[:, [j]], bench.reference[:, [j]]) for j in range(residual.shape[1])])
 
 
 def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:

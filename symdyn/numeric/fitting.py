@@ -66,8 +66,13 @@ def minimise(
     added_names: Sequence[str],
     weight: Array,
     bounds: Bounds,
+    spread: float = np.inf,
 ) -> tuple[Array, Array]:
-    """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients)."""
+    """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
+
+    ``spread``: standard deviation, as a share of their values, that the kernel's own parameters are thought to
+    have in the model as given. Wide as it is, it decides along directions that a recording hardly tells.
+    """
     size = len(p)
     where = [*(bench.index[name] for name in names), *range(size, size + len(start))]
     x0 = np.concatenate([p, start])
@@ -76,67 +81,88 @@ def minimise(
     wanted = [bounds.get(name, (-np.inf, np.inf)) for name in (*names, *added_names)]
     limits = np.array([b[0] for b in wanted]), np.array([b[1] for b in wanted])
     problem = Folded(bench, names, added) if bench.foldable(names) else Plain(bench, names, added)
-    x = _minimise(problem, x0, where, weight, limits)
+    given = bench.kernel.values[where[: len(names)]]
+    pull = np.concatenate([1.0 / (spread * _sizes(given)), np.zeros(len(start))])
+    thought = np.concatenate([given, start])
+    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)
     return x[:size], x[size:]
 
 
-def _minimise(problem: Problem, x: Array, where: Sequence[int], weight: Array, limits: tuple[Array, Array]) -> Array:
-    x = x.copy()
-    size = _sizes(x[where])
-    previous = _loss(problem.residual(x), weight)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Weighted:
+    """A problem with its weights, and with a pull of each number towards where it is thought to be."""
+
+    problem: Problem
+    x: Array  # everything, also what is not fitted
+    where: Sequence[int]
+    weight: Array
+    thought: Array
+    pull: Array  # one over the standard deviation that it is thought to have; 0: nothing is thought of it
+
+    def at(self, part: Array) -> Array:
+        moved = self.x.copy()
+        moved[self.where] = part
+        return moved
+
+    def residual(self, part: Array) -> Array:
+        seen = (self.problem.residual(self.at(part)) * self.weight).ravel()
+        return np.concatenate([seen, self.pull * (self.thought - part)])
+
+    def columns(self, part: Array) -> Array:
+        seen = (self.problem.columns(self.at(part)) * self.weight[:, None]).reshape(-1, len(part))
+        return np.concatenate([seen, np.diag(self.pull)])
+
+    def slope(self, part: Array) -> Array:
+        return -self.columns(part)
+
+    def loss(self, part: Array) -> float:
+        return float(np.sum(self.residual(part) ** 2))
+
+
+def _minimise(problem: _Weighted, limits: tuple[Array, Array]) -> Array:
+    part = problem.x[problem.where]
+    size, previous = _sizes(part), problem.loss(part)
     for _ in range(MAX_ITERATIONS):
-        columns, target = problem.columns(x) * weight[:, None], problem.residual(x) * weight
-        step = solve_bounded(columns, target, size, limits[0] - x[where], limits[1] - x[where])
-        x, loss = _line_search(problem, x, where, step, weight, previous)
+        columns, target = problem.columns(part)[:, None], problem.residual(part)[:, None]
+        step = solve_bounded(columns, target, size, limits[0] - part, limits[1] - part)
+        part, loss = _line_search(problem, part, step, previous)
         fall, previous = previous - loss, loss
         if fall <= SETTLED * previous:
             break
     else:
         if fall > CREEPING * previous:
-            x = _trust_region(problem, x, where, weight, size, limits)
-    return x
+            part = _trust_region(problem, part, size, limits)
+    return problem.at(part)
 
 
-def _trust_region(
-    problem: Problem, x: Array, where: Sequence[int], weight: Array, size: Array, limits: tuple[Array, Array]
-) -> Array:
+def _trust_region(problem: _Weighted, part: Array, size: Array, limits: tuple[Array, Array]) -> Array:
     """What Gauss-Newton does not settle: parameters that appear as products, in a model that lacks something."""
-
-    def at(part: Array) -> Array:
-        moved = x.copy()
-        moved[where] = part
-        return moved
-
-    def residual(part: Array) -> Array:
-        return (problem.residual(at(part)) * weight).ravel()
-
-    def jacobian(part: Array) -> Array:
-        return -(problem.columns(at(part)) * weight[:, None]).reshape(-1, len(where))
-
-    start = np.clip(x[where], *limits)
-    before = float(np.sum(residual(start) ** 2))
+    start = np.clip(part, *limits)
     solution = optimize.least_squares(
-        residual, start, jac=jacobian, bounds=limits, x_scale=size, ftol=SETTLED, max_nfev=EVALUATIONS
+        problem.residual,
+        start,
+        jac=problem.slope,
+        bounds=limits,
+        x_scale=size,
+        ftol=SETTLED,
+        max_nfev=EVALUATIONS,
     )
-    if not solution.success and 2.0 * solution.cost > before:
-        message = f"the fit of {len(where)} parameters did not settle: {solution.message}"
+    if not solution.success and 2.0 * solution.cost > problem.loss(start):
+        message = f"the fit of {len(part)} parameters did not settle: {solution.message}"
         raise NumericalError(errors.Problem("SD612", message))
-    return at(solution.x)
+    return np.asarray(solution.x)
 
 
-def _line_search(
-    problem: Problem, x: Array, where: Sequence[int], step: Array, weight: Array, previous: float
-) -> tuple[Array, float]:
+def _line_search(problem: _Weighted, part: Array, step: Array, previous: float) -> tuple[Array, float]:
     """The longest of the step's halvings that does not raise the loss; none at all when none does."""
     scale = 1.0
     while scale > 1e-4:
-        trial = x.copy()
-        trial[where] += scale * step
-        loss = _loss(problem.residual(trial), weight)
+        trial = part + scale * step
+        loss = problem.loss(trial)
         if loss <= previous:
             return trial, loss
         scale /= 2.0
-    return x, previous
+    return part, previous
 
 
 def _sizes(values: Array) -> Array:
@@ -157,7 +183,3 @@ def relative_error(residual: Array, effort: Array) -> float:
     power = np.sum(effort**2, axis=0)
     share = np.divide(np.sum(residual**2, axis=0), power, out=np.zeros_like(power), where=power > 0)
     return float(np.sqrt(np.mean(share)))
-
-
-def _loss(residual: Array, weight: Array) -> float:
-    return float(np.sum((residual * weight) ** 2))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.probe import Probe
+from symdyn.numeric.scan import grid
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Motion
 
@@ -22,6 +23,7 @@ class Laws:
 
     def __init__(self, probes: Mapping[Motion, Probe], bench: Workbench, joints: Sequence[str]) -> None:
         self.probes, self.bench, self.joints = probes, bench, tuple(joints)
+        self._ends: dict[str, list[tuple[float, float]]] = {}
         self._known: dict[tuple[str, str, tuple[float, ...]], Array] = {}
 
     def joint(self, candidate: Candidate) -> int:
@@ -38,6 +40,13 @@ class Laws:
                 forces.append(probe.force(candidate.effect, values, self.bench.observation, joint))
             self._known[key] = self.bench.bring(np.stack(forces, axis=1))
         return self._known[key]
+
+    def ends(self, candidate: Candidate) -> list[tuple[float, float]]:
+        """Of the scan of each shape parameter."""
+        if candidate.label not in self._ends:
+            axes = zip(*grid(candidate, self.joint(candidate), self.bench), strict=True)
+            self._ends[candidate.label] = [(min(axis), max(axis)) for axis in axes]
+        return self._ends[candidate.label]
 
     def slopes(self, candidate: Candidate, coefficients: Sequence[float], shapes: Sequence[float]) -> Array:
         """(K, s) derivative of the effort with respect to each shape value."""

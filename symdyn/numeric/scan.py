@@ -41,13 +41,11 @@ def grid(candidate: Candidate, joint: int, bench: Workbench) -> list[tuple[float
 
 
 def orders(seen: Observation, joint: int, edge: float) -> Array:
-    """Waves per turn that a recording can show: from two waves in the travel to what passes below the band's edge.
-
-    They are as fine as the travel can tell apart. Whole orders alone are tried where it is less than a turn
-    would need.
+    """Waves per turn that a recording can show: from two waves in the travel to what passes below the band's edge
+    at half of the samples. They are as fine as the travel can tell apart.
     """
     usual = float(np.median(np.abs(seen.qd[:, joint])))
-    highest = 2.0 * np.pi * edge / max(usual / 2.0, 1e-9)
+    highest = 2.0 * np.pi * edge / max(usual, 1e-9)
     # Two readings of the encoder, at least, for each wave.
     steps = np.abs(np.diff(seen.q[:, joint]))
     moving = steps[steps > 0]

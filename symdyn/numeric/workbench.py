@@ -26,6 +26,7 @@ class Workbench:
         whole = np.ascontiguousarray
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
         self.effort = self.bring(o.tau)
+        self.reference = self._reference()  # (K, n) what errors are compared with
         self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
         self._spans: dict[tuple[str, ...], tuple[Span, Array]] = {}
         self._at_start: Array | None = None
@@ -33,6 +34,17 @@ class Workbench:
     def foldable(self, names: Sequence[str]) -> bool:
         """Whether these parameters enter by a sum of fixed columns: no hidden states, no characteristic speeds."""
         return bool(names) and not self._remembers and self.span(names)[0].exact
+
+    def _reference(self) -> Array:
+        """The measured effort; where none acts, on a passive joint, what the model gives its inertia to do."""
+        idle = ~np.any(self.effort, axis=0)
+        if not np.any(idle):
+            return self.effort
+        q, _, qdd = self._motion
+        rest, p = np.zeros_like(q), self.kernel.values
+        inertial = self.kernel.inverse_dynamics_p_batch(q, rest, qdd, p)
+        inertial = inertial - self.kernel.inverse_dynamics_p_batch(q, rest, rest, p)
+        return np.where(idle, self.bring(inertial), self.effort)
 
     def raw_residual(self, p: Array) -> Array:
         """(N, n) measured effort less inverse dynamics, over the full band.
