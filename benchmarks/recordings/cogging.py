@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
-from benchmarks.recordings.rig import Rig, interleaved
+import numpy as np
+
+from benchmarks.recordings.rig import Rig, interleaved, position
 from symdyn.numeric.recording import Recording, read_recording
 from symdyn.spec.records import Robot
 
@@ -40,7 +44,8 @@ unit = "N m"
 def runs(robot: Robot, folder: Path) -> tuple[Recording, Recording]:
     assert robot.channels is not None
     whole = read_recording(folder / "motor_cogging.csv.gz", robot.channels)
-    return interleaved(whole, 8)
+    turns = {position("rotor"): np.unwrap(whole.channels[position("rotor")])}  # the counter starts again every turn
+    return interleaved(replace(whole, channels=MappingProxyType({**whole.channels, **turns})), 8)
 
 
 RIG = Rig(

@@ -177,7 +177,8 @@ def _reexamined(
     """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
     for item in current.found[:-1]:
         candidate, _ = item
-        if any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found):
+        corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
+        if corrected and case.certain(candidate, current):
             continue
         without = case.explain(tuple(other for other in current.found if other is not item), current)
         if not case.earns(without, current):
