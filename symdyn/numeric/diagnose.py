@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from symdyn.base.errors import NumericalError
+from symdyn.base.errors import InputError, NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.conclude import conclude
+from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, ready
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
 from symdyn.numeric.recording import Recording
@@ -58,6 +59,7 @@ def _diagnose(
         case, given, current, findings = _widened(setting, case, given, current, findings, alarms, progress)
     current, findings = _reexamined(case, current, findings, alarms)
     findings = [_with_rivals(case, current, finding, setting.proposed, progress) for finding in findings]
+    case, current, findings = _physical(case, current, findings, alarms)
     return conclude(case, given, current, findings, alarms, training.name, heldout.name)
 
 
@@ -95,8 +97,11 @@ def _widened(
 ) -> tuple[Case, Explanation, Explanation, list[Finding]]:
     """What was found filled the band. What it covered may be quicker: the search goes on in the band of what is left.
 
-    Where that finds nothing, everything stays as it was in the narrow band, which holds less noise.
+    Where that finds nothing, or no effort was measured that could be quicker than the motion, everything stays as
+    it was in the narrow band, which holds less noise.
     """
+    if not np.any(case.bench.effort):
+        return case, given, current, findings
     cutoff = setting.left(current)
     if not findings or cutoff < WIDER * case.bench.edge:
         return case, given, current, findings
@@ -109,6 +114,31 @@ def _widened(
         return case, given, current, findings
     alarms += noted
     return wide, wide.explain(), after, more
+
+
+def _physical(
+    case: Case, current: Explanation, findings: list[Finding], alarms: list[str]
+) -> tuple[Case, Explanation, list[Finding]]:
+    """Parameters that no machine can have are drawn towards the given ones until one can."""
+    for share in (1.0, 0.3, 0.1, 0.03):
+        try:
+            specification(case, current)
+            break
+        except InputError as error:
+            alarms.append(f"no machine has the parameters that fit best: {error.problems[0].message}")
+            case = replace(case, spread=share * case.spread)
+            current = case.explain(current.found, current)
+    return case, current, _updated(case, current, findings)
+
+
+def _updated(case: Case, current: Explanation, findings: Sequence[Finding]) -> list[Finding]:
+    """Those of the findings that are still held, with their final values."""
+    kept = {(c.effect, c.place.address): c for c, _ in current.found}
+    return [
+        replace(f, parameters=case.parameters(kept[f.effect, f.place], current))
+        for f in findings
+        if (f.effect, f.place) in kept
+    ]
 
 
 def _tried(
@@ -184,12 +214,7 @@ def _reexamined(
         if not case.earns(without, current):
             alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
             current = without
-    kept = {(c.effect, c.place.address): c for c, _ in current.found}
-    return current, [
-        replace(f, parameters=case.parameters(kept[f.effect, f.place], current))
-        for f in findings
-        if (f.effect, f.place) in kept
-    ]
+    return current, _updated(case, current, findings)
 
 
 def _with_rivals(

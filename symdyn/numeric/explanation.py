@@ -14,6 +14,7 @@ from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import encompassing, fit_linear, solve_linear
+from symdyn.numeric.search import EARNS
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.records import Robot
@@ -22,7 +23,6 @@ Array = NDArray[np.float64]
 
 LEVEL = 0.01  # significance of a gain
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
-EARNS = 0.03  # an effect that takes less than this part off the held-out error is not worth a line in a model
 
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters

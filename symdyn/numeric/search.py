@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 FOLDS = 8  # contiguous blocks, so that a block's neighbours do not give it away
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
+EARNS = 0.03  # an effect that takes less than this part off the error is not worth a line in a model
 SAME = 1e-3  # part of a law that another one must leave for the two to differ; noise hides less
 SEEN = 1e-10  # of a direction's power: a fold that holds all but this much of it holds it alone
 
@@ -183,7 +184,7 @@ def rank(
     """Trials that earn their place at significance ``level`` (Bonferroni over all that was tried).
 
     Returns (earning, best first; inadmissible ones that would have earned it). Explanations that
-    cannot be told from the best (``TIE``) are ordered by how few numbers they bring.
+    cannot be told from the best (``TIE``), or nearly do as well, are ordered by how few numbers they bring.
     """
     trials = []
     for candidate in proposed:
@@ -195,7 +196,17 @@ def rank(
     earning = sorted((t for t in earning if t.admissible), key=lambda t: t.loss)
     if earning:
         best = earning[0]
-        tied = [t for t in earning if t is best or encompassing(t.errors, best.errors)[1] > TIE]
+        tied = [t for t in earning if t is best or _tied(search, t, best)]
         tied.sort(key=lambda t: (t.candidate.size, t.loss))
         earning = tied + [t for t in earning if t not in tied]
     return earning, refused
+
+
+def _tied(search: Search, trial: Trial, best: Trial) -> bool:
+    """Whether the best cannot be told from a trial, or, at its place, takes too little off the error to matter."""
+    if trial.candidate.place == best.candidate.place:
+        joint = search.laws.joint(best.candidate)
+        sizes = [float(np.sum(t.errors[:, joint] ** 2)) for t in (trial, best)]
+        if sizes[1] > (1.0 - EARNS) ** 2 * sizes[0]:
+            return True
+    return encompassing(trial.errors, best.errors)[1] > TIE

@@ -44,7 +44,6 @@ class DahlFriction(Effect):
     signature = "residual depends on the distance since the last reversal"
     rivals = ("coulomb_friction", "lugre_friction", "bouc_wen_hysteresis")
     dissipative = True
-    builds_on = "coulomb_friction"
     proposable = True
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
