@@ -52,18 +52,22 @@ def main() -> int:
     if not datasets().is_dir():
         print("recordings: skipped, none here (SYMDYN_DATASETS names their folder)", file=sys.stderr)
         return 0
-    rows = [row(rig) for rig in rigs() if not wanted or rig.name in wanted]
+    rows: list[Row] = []
+    for rig in rigs():
+        if wanted and rig.name not in wanted:
+            continue
+        rows.append(row(rig))
+        if not wanted:  # after every rig: a run that is cut short leaves what it has
+            PAGE.write_text(page(rows), encoding="utf-8")
     if wanted:
         print(page(rows))
-    else:
-        PAGE.write_text(page(rows), encoding="utf-8")
     return 0
 
 
 def rigs() -> list[Rig]:
     names = sorted(m.name for m in pkgutil.iter_modules(benchmarks.recordings.__path__) if m.name not in NOT_RIGS)
     found = [importlib.import_module(f"benchmarks.recordings.{name}").RIG for name in names]
-    return [rig for rig in found if (datasets() / rig.folder).is_dir()]
+    return sorted((rig for rig in found if (datasets() / rig.folder).is_dir()), key=lambda rig: rig.joints)
 
 
 def row(rig: Rig) -> Row:

@@ -51,6 +51,7 @@ RIG = Rig(
     model=model,
     runs=runs,
     split="trained on one run of 10 s, judged on another",
+    joints=2,
     published="Coulomb 0.093 and 0.078 N m, rotors 0.0028 kg m^2; the torque lags its command",
     remark="A hard case: torque is what the drives report.",
 )

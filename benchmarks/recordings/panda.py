@@ -31,5 +31,6 @@ RIG = Rig(
     model=model,
     runs=runs,
     split="six blocks of one run of 21 s: trained on the odd ones, judged on the even ones",
+    joints=7,
     published="friction of sigmoid shape that differs by direction, on every joint (Gaz et al. 2019)",
 )

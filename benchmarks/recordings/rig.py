@@ -34,6 +34,7 @@ class Rig:
     runs: Callable[[Robot, Path], tuple[Recording, Recording]]
     split: str
     published: str  # what the sources say is there
+    joints: int = 1
     remark: str = ""  # what a reader must know of the model or of the recording
 
     def robot(self) -> Robot:

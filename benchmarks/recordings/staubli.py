@@ -52,6 +52,7 @@ RIG = Rig(
     model=model,
     runs=runs,
     split="six blocks of one run of 9 s: trained on the odd ones, judged on the even ones",
+    joints=6,
     published="viscous 8.05 5.53 1.97 1.11 1.86 0.65, Coulomb 7.14 8.26 6.34 2.48 3.03 0.28, rotors; coupled wrist",
     remark="Effort is gear ratio times current: the torque constant is not in the source. No coupled wrist.",
 )

@@ -60,6 +60,7 @@ RIG = Rig(
     model=model,
     runs=runs,
     split="trained on one motion without weight, judged on another",
+    joints=3,
     published="springs, cable torque, Coulomb 0.05 and viscous 0.09 on joint 1, offset -0.30",
     remark="Three joints of seven; guessed masses, no counterweight, no parallelogram.",
 )

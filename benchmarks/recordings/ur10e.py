@@ -43,5 +43,6 @@ RIG = Rig(
     model=model,
     runs=runs,
     split="trained on the 50 s run with 14 harmonics, judged on the one with 15",
+    joints=6,
     published="degressive friction; ripple of the harmonic drives near 202 waves per turn of a joint (gear ratio 101)",
 )

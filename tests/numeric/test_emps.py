@@ -138,6 +138,6 @@ def test_values_found_are_the_published_ones_where_the_models_agree(diagnosis: D
 def test_it_stops_and_says_what_is_left(diagnosis: Diagnosis) -> None:
     assert len(diagnosis.findings) <= 4
     assert diagnosis.remaining.heldout == diagnosis.after.heldout
-    # A curve over no single variable tells any of it; speed and acceleration together do: pre-sliding, probably.
-    assert diagnosis.remaining.variable == "speed of carriage and acceleration of carriage"
+    # A curve over no single variable tells any of it; where the carriage is and how it moves together do.
+    assert diagnosis.remaining.variable == "position of carriage and speed of carriage"
     assert 0.1 < diagnosis.remaining.share < 0.3
