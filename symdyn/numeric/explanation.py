@@ -92,7 +92,7 @@ class Case:
         state = [known.get(c.label, Fitted((0.0,) * len(c.linear), shapes)) for c, shapes in found]
         for _ in range(2):  # the weights follow the size of each joint's residual
             p, state = self._settled(found, p, state, weight)
-            weight = joint_weight(self._residual(self.laws, found, p, state), self.bench.effort)
+            weight = joint_weight(self._residual(self.laws, found, p, state), self.bench.reference)
         training, design = self._residual(self.laws, found, p, state), self._design(found, p, state)
         last = fit_linear(design * weight[:, None], training * weight)
         names = [*self.own, *(c.parameter(s) for c, _ in found for s in (*c.linear, *c.shapes))]

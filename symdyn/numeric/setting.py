@@ -44,7 +44,9 @@ class Setting:
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""
         bench = self.whole.bench
-        start = fit(bench, self.kernel.values, self.own, joint_weight(bench.effort, bench.effort), bounds(self.robot))
+        start = fit(
+            bench, self.kernel.values, self.own, joint_weight(bench.reference, bench.reference), bounds(self.robot)
+        )
         return analysis_band(bench.raw_residual(start.p), bench.observation).cutoff
 
     def left(self, current: Explanation) -> float:

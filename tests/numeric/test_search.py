@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 import pytest
 
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.explanation import Case
 from symdyn.numeric.findings import Verdict
+from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import solve_linear
 from symdyn.numeric.scan import peaks, periodogram
 from symdyn.numeric.search import FOLDS, Search
 from symdyn.numeric.setting import Setting, prepare
-from symdyn.spec.records import Robot
+from symdyn.spec.records import Quantity, Robot, Side
 
-from .pendulum import Array, pendulum, record
+from .pendulum import ANGLE_NOISE, ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, Array, pendulum, record
 
 HELDOUT = 100
 
@@ -107,3 +110,39 @@ def test_presliding_friction_is_told_from_coulomb_friction(robot: Robot) -> None
     assert values["level"].value == pytest.approx(level, rel=0.02)
     assert values["stiffness"].value == pytest.approx(stiffness, rel=0.05)
     assert values["stiffness"].se is not None
+
+
+def swing(seed: int, level: float) -> Recording:
+    """The arm let go, with viscous friction and Coulomb friction of a level; no effort acts. Runge-Kutta, 10 kHz."""
+    rng = np.random.default_rng([seed, 2])
+    step, thin, count = 1e-4, 20, 60_000
+
+    def rate(q: float, v: float) -> float:
+        friction = VISCOUS * 0.1 * v + level * np.tanh(v / 1e-4)
+        return float(-(MASS * GRAVITY * ARM * np.cos(q) + friction) / TURNING)
+
+    q, v, angles = -0.5 - 0.3 * rng.uniform(), 0.0, []
+    for k in range(count):
+        if k % thin == 0:
+            angles.append(q)
+        a = rate(q, v)
+        middle = rate(q + 0.5 * step * v, v + 0.5 * step * a)
+        q, v = q + step * v + 0.5 * step**2 * middle, v + step * middle
+    angle = np.array(angles) + ANGLE_NOISE * rng.standard_normal(len(angles))
+    time = np.arange(len(angle)) * step * thin
+    channels = {(Quantity.POSITION, "arm", Side.LINK): angle}
+    return Recording(
+        f"swing-{seed}", time, MappingProxyType(channels), step * thin, (slice(0, len(time)),), (), "0" * 64
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", [0.0, 0.05])
+def test_a_free_swing_tells_its_friction(level: float) -> None:
+    text = TOML.replace('name = "arm"\n', 'name = "arm"\npassive = true\n')
+    text = text.replace(f'b = "{VISCOUS} N', f'b = "{0.1 * VISCOUS} N')
+    found = diagnose(pendulum(text), swing(1, level), swing(1 + HELDOUT, level))
+    assert [f.effect for f in found.findings] == (["coulomb_friction"] if level else [])
+    for finding in found.findings:
+        assert finding.parameters["level"].value == pytest.approx(level, rel=0.05)
+        assert 0 < finding.heldout_after < finding.heldout_before
