@@ -49,16 +49,17 @@ def sound(observation: Observation) -> tuple[slice, ...]:
     return tuple(slice(p.start + end, p.stop - end) for p, end in zip(observation.segments, ends, strict=True))
 
 
-def analysis_band(residual: Array, observation: Observation) -> Band:
+def analysis_band(residual: Array, observation: Observation, limit: float | None = None) -> Band:
     """The band that holds the mismatch: 99 % of the residual's power above its noise floor, twice over.
 
-    It ends where the positions sink into their own noise: what does not move visibly tests no model.
+    It ends at ``limit`` Hz; None: where the positions sink into their own noise, since what does not move
+    visibly tests no model of inertia.
 
     ``residual`` (N, n): measured effort less the fitted model. Frequencies that hold noise alone
     would only blur the comparison of explanations.
     """
     longest = max(sound(observation), key=lambda part: part.stop - part.start)
-    widest = 0.0
+    widest, limit = 0.0, observation.cutoff if limit is None else limit
     for column in residual[longest].T:
         frequency, power = signal.welch(
             column - column.mean(),
@@ -67,11 +68,11 @@ def analysis_band(residual: Array, observation: Observation) -> Band:
             detrend="constant",
         )
         floor = np.median(power[len(power) // 2 :])
-        visible = frequency <= observation.cutoff
+        visible = frequency <= limit
         share = np.cumsum(np.where(visible, np.maximum(power - floor, 0.0), 0.0))
         if share[-1] > 0:
             widest = max(widest, float(frequency[np.searchsorted(share, SHARE * share[-1])]))
-    edge = min(HEADROOM * widest, observation.cutoff)
+    edge = min(HEADROOM * widest, limit)
     return band_of(max(edge, 8.0 * float(frequency[1])), observation.rate)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import BadRecording, Problem
 from symdyn.numeric.explanation import LEVEL, Case, Explanation
-from symdyn.numeric.free_form import Fitted, FreeForm
+from symdyn.numeric.free_form import FreeForm, fitted_of
 from symdyn.numeric.regression import encompassing, fit_linear
 from symdyn.numeric.workbench import Workbench
 
@@ -44,9 +44,8 @@ def effort_skew(case: Case, of: Explanation) -> Skew:
 
     Effort that is late by d misses -d times its own derivative, to first order.
     """
-    fitted = Fitted(of.fit.p, of.fit.names, of.weight, case.joints)
     training, heldout = (_derivative(w) * of.weight for w in (case.bench, case.judge))
-    columns = FreeForm(case.bench, case.judge, fitted).forces(-training, -heldout)
+    columns = FreeForm(fitted_of(case, of)).forces(-training, -heldout)
     target, before = of.training * of.weight, of.heldout * of.weight
     found = fit_linear(columns.training, target)
     delay = float(found.estimate[0])

@@ -33,12 +33,11 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
         for direction in (-slow, slow):
             speed = o.qd.copy()
             speed[resting[:, j], j] = direction
-            required = bench.kernel.inverse_dynamics_p_batch(o.q, speed, o.qdd, p)
-            ends.append(bench.bring(o.tau - required)[:, j])
+            ends.append(bench.bring(bench.raw_residual(p, speed))[:, j])
         low, high = np.minimum(*ends), np.maximum(*ends)
         touched = bench.bring(resting[:, [j]].astype(float))[:, 0] > TOUCHED
         distance = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
-        dry = touched & (high - low > JUMP * float(np.max(np.abs(bench.effort[:, j]), initial=0.0)))
+        dry = touched & (high - low > JUMP * float(np.max(np.abs(bench.reference[:, j]), initial=0.0)))
         residual[dry, j] = distance[dry]
     return residual
 

@@ -7,13 +7,17 @@ import re
 import numpy as np
 import pytest
 
+from symdyn.compiler import robot_from_text
 from symdyn.numeric.conclude import where_and_when
-from symdyn.numeric.diagnose import diagnose, prepare
+from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import Case
 from symdyn.numeric.findings import Located
 from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.recording import Recording
+from symdyn.numeric.setting import prepare
 from symdyn.numeric.standstill import admissible_residual, speed_noise
+from symdyn.spec.edit import add_effect
 from symdyn.spec.records import Robot
 
 from .pendulum import ANGLE_NOISE, TORQUE_NOISE, Torque, pendulum, record, recording
@@ -38,7 +42,7 @@ def robot() -> Robot:
 
 def located(robot: Robot, missing: Torque | None, seed: int = 1) -> tuple[Located, ...]:
     runs = (record(seed, missing), record(seed + HELDOUT, missing))
-    case, _ = prepare(robot, *runs, None, lambda _: None)
+    case = case_of(robot, *runs)
     return where_and_when(case, case.explain())
 
 
@@ -62,7 +66,7 @@ def test_what_follows_no_condition_is_told_by_its_frequency(robot: Robot) -> Non
 
 
 def test_noise_floor_is_that_of_the_sensor_in_the_band(robot: Robot) -> None:
-    case = case_of(robot, record(1))
+    case = case_of(robot, record(1), band=5.0)
     density = noise_density(case.bench, case.explain().fit.p)
     assert density == pytest.approx(TORQUE_NOISE * np.sqrt(2 / 500.0), rel=0.1)
     noise = TORQUE_NOISE * np.random.default_rng(0).standard_normal(case.bench.observation.tau.shape)
@@ -70,15 +74,16 @@ def test_noise_floor_is_that_of_the_sensor_in_the_band(robot: Robot) -> None:
 
 
 def test_speed_noise_is_that_of_the_differentiated_sensor(robot: Robot) -> None:
-    o = case_of(robot, record(1)).bench.observation
-    quiet = case_of(robot, record(1, noise=False)).bench.observation
+    o = case_of(robot, record(1), band=5.0).bench.observation
+    quiet = case_of(robot, record(1, noise=False), band=5.0).bench.observation
     expected = ANGLE_NOISE * np.sqrt(2 / 500.0 * (2 * np.pi) ** 2 * o.cutoff**3 / 3)
     assert speed_noise(o) == pytest.approx(expected, rel=0.2)
     assert speed_noise(quiet)[0] < 0.2 * expected
 
 
-def case_of(robot: Robot, run: object) -> Case:
-    return prepare(robot, run, run, 5.0, lambda _: None)[0]  # type: ignore[arg-type]
+def case_of(robot: Robot, training: Recording, heldout: Recording | None = None, band: float | None = None) -> Case:
+    setting = prepare(robot, training, heldout or training, lambda _: None)
+    return setting.case(band or setting.given())
 
 
 def test_dry_friction_at_rest_is_any_force_between_its_limits(robot: Robot) -> None:
@@ -91,7 +96,8 @@ def test_dry_friction_at_rest_is_any_force_between_its_limits(robot: Robot) -> N
     push = 0.2 * np.sin(9.0 * time)
     law = 1.5 * 9.81 * 0.3 * np.cos(q) + 0.185 * a + 0.2 * v
     tau = law + np.where(moving, 0.3 * np.sign(v), push)
-    case = case_of(robot, recording(time, q + 1e-7 * np.sin(1e5 * time), tau))
+    held = robot_from_text(add_effect(robot.text, "coulomb_friction", "arm", {"level": "0 N m"}), "held.toml")
+    case = case_of(held, recording(time, q + 1e-7 * np.sin(1e5 * time), tau), band=5.0)
     p = case.bench.kernel.values
     friction = case.bench.index["arm_coulomb_friction_level"]
     phase = case.bench.bring(time) % 4.0
@@ -108,7 +114,7 @@ def test_dry_friction_at_rest_is_any_force_between_its_limits(robot: Robot) -> N
 
 @pytest.mark.parametrize(("amplitude", "told"), [(1.2, False), (0.0, True)])
 def test_directions_that_are_not_excited_are_named(robot: Robot, amplitude: float, told: bool) -> None:
-    case, _ = prepare(robot, record(1, amplitude=amplitude), record(2, amplitude=amplitude), None, lambda _: None)
+    case = case_of(robot, record(1, amplitude=amplitude), record(2, amplitude=amplitude))
     fitted = case.explain()
     sentences = unexcited(case.bench, fitted.fit.p, fitted.fit.names, fitted.training, fitted.weight)
     assert bool(sentences) is told
