@@ -24,7 +24,7 @@ from symdyn.numeric.regression import encompassing
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, Trial, rank
 from symdyn.numeric.setting import Setting, prepare
-from symdyn.numeric.skew import check_skew
+from symdyn.numeric.skew import check_skew, skew_left
 from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
@@ -113,12 +113,13 @@ def _widened(
     """What was found filled the band. What it covered may be quicker: the search goes on in the band of what is left.
 
     Where that finds nothing, or no effort was measured that could be quicker than the motion, everything stays as
-    it was in the narrow band, which holds less noise.
+    it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
+    quick then, and a friction that remembers would be named for it.
     """
     if not np.any(case.bench.effort):
         return case, given, current, findings
     cutoff = setting.left(current)
-    if not findings or cutoff < WIDER * case.bench.edge:
+    if not findings or cutoff < WIDER * case.bench.edge or skew_left(case, current) is not None:
         return case, given, current, findings
     progress(f"what is left reaches up to {cutoff:.3g} Hz")
     wide = setting.case(cutoff, case.bench.edge)

@@ -138,8 +138,10 @@ class _Walk:
         if not np.any(left):
             return 1.0
         found = fit_linear(left.reshape(own.shape), self.bench.residual(p) * self.weight)
+        count = len(own)
+        others = max(count - 1, 1) / max(count - len(self.fitted.fit.names), 1)  # the others were fitted, too
         white = self._white_variance() / float(left @ left)
-        return max(float(found.covariance[0, 0]) / white, 1e-12)
+        return max(float(found.covariance[0, 0]) * others / white, 1e-12)
 
 
 def _side(walk: _Walk, sign: float, threshold: float, limit: float) -> tuple[float | None, list[tuple[float, float]]]:

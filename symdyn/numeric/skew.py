@@ -67,7 +67,12 @@ def check_skew(case: Case, given: Explanation, final: Explanation) -> Skew | Non
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
             hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
             raise BadRecording(Problem("SD529", message, hint=hint))
-    left = effort_skew(case, final)
+    return skew_left(case, final)
+
+
+def skew_left(case: Case, of: Explanation) -> Skew | None:
+    """The skew that would tell a part worth naming of what an explanation leaves, if there is one."""
+    left = effort_skew(case, of)
     return left if _certain(case, left) and left.share > SOME else None
 
 
