@@ -21,6 +21,7 @@ from symdyn.faces.words import effect_title, percent, plain_number, with_unit
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.executor import Executor, Task
 from symdyn.numeric.findings import Verdict, bad_recording_json, problem_json
+from symdyn.spec.urdf_chain import Chain
 
 FAILED = "failed"  # the verdict of a case whose diagnosis could not be made
 
@@ -28,6 +29,7 @@ FAILED = "failed"  # the verdict of a case whose diagnosis could not be made
 def run(
     given: Sequence[str],
     model: str | None,
+    chain: Chain,
     holdout: str | None,
     channel_map: Path | None,
     executor: Executor,
@@ -38,7 +40,7 @@ def run(
     if path is not None:
         check_writable(path)
     cases = _cases(given, model, holdout, channel_map)
-    tasks = [asdict(case) | {"content": _digests(case)} for case in cases]
+    tasks = [asdict(case) | {"chain": asdict(chain), "content": _digests(case)} for case in cases]
     with status(json) as progress:
         progress(f"diagnosing {len(cases)} recordings")
         results = executor.map(diagnose_one, tasks, "diagnoses", progress)
@@ -62,7 +64,7 @@ def diagnose_one(task: Task, seed: int) -> dict[str, Any]:
     """One diagnosis as plain data: its JSON, or the problems that prevented it. The same for every seed."""
     channel_map = None if task["map"] is None else Path(task["map"])
     try:
-        robot = compiler.load_robot(task["model"])
+        robot = compiler.load_robot(task["model"], Chain(**task["chain"]))
         fitted, held = ([Path(name) for name in task[which]] for which in ("recordings", "holdout"))
         try:
             training, judges = open_recordings(fitted, held, robot, channel_map)
