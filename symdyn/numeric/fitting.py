@@ -80,8 +80,10 @@ def minimise(
         return p.copy(), start.copy()
     wanted = [bounds.get(name, (-np.inf, np.inf)) for name in (*names, *added_names)]
     limits = np.array([b[0] for b in wanted]), np.array([b[1] for b in wanted])
-    problem = Folded(bench, names, added) if bench.foldable(names) else Plain(bench, names, added)
-    given = bench.kernel.values[where[: len(names)]]
+    given = bench.kernel.values
+    held = np.delete(p != given, where[: len(names)]).any()  # a span is about the kernel's own values
+    problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
+    given = given[where[: len(names)]]
     pull = np.concatenate([1.0 / (spread * _sizes(given)), np.zeros(len(start))])
     thought = np.concatenate([given, start])
     x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)

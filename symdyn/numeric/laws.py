@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.probe import Probe
-from symdyn.numeric.scan import grid
+from symdyn.numeric.scan import WAVES, grid
 from symdyn.numeric.workbench import Workbench
+from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Motion
 
 Array = NDArray[np.float64]
@@ -42,10 +43,11 @@ class Laws:
         return self._known[key]
 
     def ends(self, candidate: Candidate) -> list[tuple[float, float]]:
-        """Of the scan of each shape parameter."""
+        """Between which a fit may move each shape parameter: those of its scan, and of an order, one whole wave."""
         if candidate.label not in self._ends:
             axes = zip(*grid(candidate, self.joint(candidate), self.bench), strict=True)
-            self._ends[candidate.label] = [(min(axis), max(axis)) for axis in axes]
+            room = [WAVES if schema.scan is Scan.ANGLE_ORDER else 1.0 for schema in candidate.shapes]
+            self._ends[candidate.label] = [(min(axis) / more, max(axis)) for axis, more in zip(axes, room, strict=True)]
         return self._ends[candidate.label]
 
     def slopes(self, candidate: Candidate, coefficients: Sequence[float], shapes: Sequence[float]) -> Array:
