@@ -9,7 +9,6 @@ drawn by lot, so that those done so far are a fair sample.
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -18,10 +17,11 @@ from pathlib import Path
 
 from benchmarks.blind.cases import GROUPS, MACHINES, Case, all_cases
 from benchmarks.blind.report import PLOT, write_report
-from benchmarks.blind.run import Setting, read_records, run_all
+from benchmarks.blind.run import Setting, kept, run_all
 from benchmarks.blind.sensors import LEVELS
 from benchmarks.blind.summary import scored
 from benchmarks.blind.tool import DIAGNOSE
+from symdyn.numeric.executor import Executor
 
 HEADER = """# Blind benchmark: results
 
@@ -37,16 +37,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.list:
         print("\n".join(case.id for case in cases))
         return
-    records = options.out / "cases"
     command = tuple(shlex.split(options.tool)) if options.tool else DIAGNOSE
+    setting, store = Setting(command, not options.no_oracle, options.limit), options.out / "cases"
     if not options.report_only:
-        setting = Setting(command, not options.no_oracle, options.limit)
-        run_all(cases, records, setting, options.jobs, lambda text: print(text, file=sys.stderr, flush=True))
-    wanted = {case.id for case in cases}
-    found = [record for record in read_records(records) if record["id"] in wanted]
-    if found:
-        command = tuple(found[0]["command"])
-    text = write_report(scored(found), options.out, command)
+        executor = Executor(options.jobs, options.scheduler, store)
+        run_all(cases, setting, executor, lambda text: print(text, file=sys.stderr, flush=True))
+    text = write_report(scored(kept(cases, setting, store)), options.out, command)
     if options.write is not None:
         options.write.write_text(HEADER + text, encoding="utf-8")
         options.write.with_suffix(".svg").write_bytes((options.out / PLOT).read_bytes())
@@ -76,8 +72,9 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--cases", action="append", default=[], metavar="PATTERN", help="ids, with * for anything")
     parser.add_argument("--first", type=int, metavar="N", help="no more than N of them: a fair sample")
     parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="cases at a time (all cores)"
+        "--jobs", type=int, default=0, metavar="N", help="cases at a time; 0, the default: one per core"
     )
+    parser.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="a dask cluster that does the work instead")
     parser.add_argument("--limit", type=float, default=900.0, metavar="S", help="time for one answer in s (900)")
     parser.add_argument(
         "--tool", metavar="COMMAND", help="another tool, with {model} {training} {heldout} in its command"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -30,15 +30,17 @@ GROUPS = ("null", "single", "pair", "unknown")
 _ARM_ONLY = ("counterbalance", "load_dependent")
 _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, and told, at a place
     # The inertia of joint 1 takes up what is added to it; on link 2 gravity does not turn with the joint's angle.
-    ("two-link", "j1"): tuple(k for k in MOVING if k != "added_inertia") + tuple(ARM),
-    ("two-link", "j2"): tuple(k for k in MOVING if k != "unbalance") + tuple(ARM),
+    # Its effort is measured: a limit ahead of that would be none of its physics.
+    ("two-link", "j1"): tuple(k for k in (*MOVING, *ARM) if k not in ("added_inertia", "effort_limit")),
+    ("two-link", "j2"): tuple(k for k in (*MOVING, *ARM) if k not in ("unbalance", "effort_limit")),
     ("two-link", ""): tuple(WHOLE),
     ("six-joint", ""): tuple(WHOLE),
     ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)) + tuple(TACHO),
     ("rigid-drive", "j1.shaft"): tuple(MISSING_SHAFT),
     ("rigid-drive", "j1.circuit"): tuple(CIRCUIT),
+    # The friction of the other rotors takes up what is viscous at one of them, or at the load.
     ("seed-drive", "j1.motor"): tuple(
-        k for k in MOVING if k not in ("added_inertia", "unbalance", "warm_up", *_ARM_ONLY)
+        k for k in MOVING if k not in ("added_inertia", "viscous", "unbalance", "warm_up", *_ARM_ONLY)
     ),
     ("seed-drive", "j1"): tuple(k for k in MOVING if k not in ("added_inertia", "viscous", *_ARM_ONLY)),
     ("seed-drive", "j1.tacho"): tuple(TACHO),
@@ -78,7 +80,8 @@ class Case:
         found = []
         for kind, address in self.kinds:
             place = machine.place(address) if address else machine.places[0]
-            found.append(DRAWS[kind](rng_of("size", kind, address, self.machine, self.seed), place))
+            plant = DRAWS[kind](rng_of("size", kind, address, self.machine, self.seed), place)
+            found.append(replace(plant, also_at=(*plant.also_at, *place.same_as)))
         return tuple(found)
 
     @cached_property
@@ -86,7 +89,10 @@ class Case:
         """The parameters of the plant."""
         rng = rng_of("true", self.machine, self.group, self.kinds, self.seed)
         nominal = MACHINES[self.machine].truth
-        return {name: value * rng.uniform(1 - SPREAD, 1 + SPREAD) for name, (value, _) in nominal.items()}
+        found = {name: value * rng.uniform(1 - SPREAD, 1 + SPREAD) for name, (value, _) in nominal.items()}
+        if "K_E" in found:
+            found["K_E"] = found["K_T"]  # one magnet, one constant in SI units; a model may hold two
+        return found
 
     @cached_property
     def given(self) -> dict[str, float]:

@@ -23,8 +23,11 @@ OFFSET, LIMIT, DEAD, DELAY = range(len(AMPLIFIER))
 
 
 @njit  # without cache: Numba would not see that the laws it inlines have changed
-def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, speeds, dither, noise, steps):
-    """Voltage, current, motor angle, tachometer speed and load angle at the control samples, each (N)."""
+def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, speeds, dither, noise, stride, steps):
+    """Voltage, current, motor angle, tachometer speed and load angle at the control samples, each (N).
+
+    The servo acts at every ``stride``-th of them.
+    """
     n, count = len(chain), len(reference)
     x, v = np.zeros(n) + reference[0], np.zeros(n) + speeds[0]
     z, z_mid = np.zeros((n, laws.STATES)), np.zeros((n, laws.STATES))
@@ -37,15 +40,17 @@ def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, sp
     queue = np.zeros(late + 1)
     out = np.empty((5, count))
     current, loop, filtered, total, seen_last = 0.0, 0.0, speeds[0], 0.0, reference[0]
-    load = 0.0
+    load, u = 0.0, 0.0
     for k in range(count):
         seen = x[at] + noise[k]
-        filtered += 0.3 * ((seen - seen_last) / CONTROL - filtered)
-        seen_last = seen
-        error = reference[k] - seen
-        total += 6.0 * error * CONTROL
-        u = 4.0 * error + total + 0.06 * (speeds[k] - filtered) + motor[3] * speeds[k] + dither[k]
-        u = min(max(u, -SUPPLY), SUPPLY)
+        if k % stride == 0:  # the servo's own sample: the voltage is held from here to the next
+            period = stride * CONTROL
+            filtered += 0.3 * ((seen - seen_last) / period - filtered)
+            seen_last = seen
+            error = reference[k] - seen
+            total += 6.0 * error * period
+            u = 4.0 * error + total + 0.06 * (speeds[k] - filtered) + motor[3] * speeds[k] + dither[k]
+            u = min(max(u, -SUPPLY), SUPPLY)
         out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = u, current, seen, v[tacho], x[n - 1]
         for j in range(steps):
             t = k * CONTROL + j * h

@@ -2,13 +2,13 @@
 
 The seed's drive (H. H. van de Ven, "Aspects of dynamic models of robots", Journal A 27(1), 1986, section 4.1) is
 tachometer, motor, harmonic drive and load on three shafts; the other is a motor and a load that the model takes for
-rigid. Voltage is recorded as commanded, ahead of the amplifier; current, the motor's angle and the tachometer always;
-the angle of the output in every other case.
+rigid. The servo records what it samples: its voltage as commanded, ahead of the amplifier; current, the motor's angle
+and the tachometer's voltage always; the angle of the output in every other case.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -24,11 +24,13 @@ DURATION = 10.0  # s
 REACH = 4.0  # rad, of the motor
 CURRENT, TACHO = 4.0, 1.0  # A, V: full ranges
 DITHER = 1.0  # V: a random step every 20 ms, so that more than slow motion is excited
-CHANNELS = (
-    ("u", "voltage", "link", "V", 1.0),
-    ("i", "current", "motor", "A", 1.0),
-    ("x", "position", "motor", "rad", 1.0),
-)
+CHANNELS = {  # what a column of the recording measures, and where
+    "u": ("voltage", "j1", "V"),
+    "i": ("current", "j1", "A"),
+    "x": ("position", "j1.motor", "rad"),
+    "w": ("voltage", "{tacho}", "V"),
+    "z": ("position", "j1", "rad"),
+}
 
 
 class Drive(Machine):
@@ -76,6 +78,7 @@ class Drive(Machine):
             speeds[:, 0],
             dither,
             noise,
+            sensors.stride,
             STEPS,
         )
         every = slice(None, None, sensors.stride)
@@ -89,25 +92,29 @@ class Drive(Machine):
             "w": analogue(volts[every], TACHO, sensors, rng),
             "z": encoder(load[every] + sensors.encoder_noise * rng.standard_normal(len(load))[every], sensors),
         }
-        hidden = {name for name in ("w", "z") if name not in self.shown(seed)}
-        return Recorded(CONTROL * sensors.stride, {k: v for k, v in columns.items() if k not in hidden})
+        return Recorded(CONTROL * sensors.stride, {name: columns[name] for name in self.shown(seed)})
 
-    def shown(self, seed: int) -> set[str]:
-        """Which of the two other sensors there are: the tachometer always, the output encoder in every other case."""
-        return {"w"} if seed % 2 else {"w", "z"}
+    @staticmethod
+    def shown(seed: int) -> str:
+        """Which columns there are: that of the output encoder in every other case, the others always."""
+        return "uixw" if seed % 2 else "uixwz"
 
     def channel_text(self, seed: int) -> str:
-        channels = list(CHANNELS)
-        if "w" in self.shown(seed):
-            channels.append(("w", "velocity", "motor", "rad/s", 1.0 / TACHO_CONSTANT))
-        if "z" in self.shown(seed):
-            channels.append(("z", "position", "link", "rad", 1.0))
+        """The [recording] table."""
         text = '\n[recording]\ntime = { column = "t", unit = "s" }\n'
-        for column, quantity, side, unit, scale in channels:
+        for column in self.shown(seed):
+            quantity, place, unit = CHANNELS[column]
+            place = place.format(tacho=self.places[self.tacho].address)
             text += f'\n[[recording.channel]]\ncolumn = "{column}"\nquantity = "{quantity}"\n'
-            text += f'joint = "j1"\nside = "{side}"\nunit = "{unit}"\n'
-            text += f"scale = {scale:.9g}\n" if scale != 1.0 else ""
+            text += f'joint = "{place}"\nunit = "{unit}"\n'
         return text
+
+    def tacho_text(self, planted: Sequence[Planted], form: bool) -> str:
+        """The tachometer of the model, where what was planted does not bring its own."""
+        if form and any(plant.kind == "tacho_lag" for plant in planted):
+            return ""
+        place = self.places[self.tacho].address
+        return f'\n[[effect]]\ntype = "tachometer"\nat = "{place}"\nconstant = "{TACHO_CONSTANT} V s/rad"\n'
 
     def friction_text(self, gone: set[str]) -> tuple[str, set[str]]:
         """[[effect]] tables of the machine's own friction, and the parameters that are not needed then."""
@@ -191,7 +198,8 @@ class SeedDrive(Drive):
         gone = {part for plant in planted for part in plant.omitted}
         friction, spare = self.friction_text(gone)
         text = SEED_MODEL.format(parameters=parameter_lines(self.truth, given, spare))
-        return text + friction + self.form_text(planted, form) + self.channel_text(seed)
+        text += friction + self.tacho_text(planted, form) + self.form_text(planted, form)
+        return text + self.channel_text(seed)
 
 
 RIGID_TRUTH = {
@@ -237,7 +245,7 @@ class RigidDrive(Drive):
     friction = (("b", "T_f"), (None, None))
     motor, tacho, flexible = 0, 0, "j1.shaft"
     places = (
-        Place("j1.motor", "inertia", 0.03, 12.0, REACH),
+        Place("j1.motor", "inertia", 0.03, 12.0, REACH, same_as=("j1",)),
         Place("j1", "joint", 0.03, 12.0, REACH),
         Place("j1.shaft", "missing shaft", 0.03, 1.0, 0.03),
         Place("j1.circuit", "circuit", 1.0, 0.0, 0.0),
@@ -253,4 +261,5 @@ class RigidDrive(Drive):
         gone = {part for plant in planted for part in plant.omitted}
         friction, spare = self.friction_text(gone)
         text = RIGID_MODEL.format(parameters=parameter_lines(self.truth, given, spare))
-        return text + friction + self.form_text(planted, form) + self.channel_text(seed)
+        text += friction + self.tacho_text(planted, form) + self.form_text(planted, form)
+        return text + self.channel_text(seed)

@@ -30,11 +30,11 @@ def encoder_steps(rng: np.random.Generator, place: Place) -> Planted:
     return _encoder("encoder_steps", place, "resolution", 2.0 * math.pi / float(rng.choice((400, 512, 1000))))
 
 
-def late_channel(rng: np.random.Generator, place: Place) -> Planted:
-    """A position that is shown late against everything else; a lag is as good a name as a pure delay."""
+def late_efforts(rng: np.random.Generator, place: Place) -> Planted:
+    """Every effort is shown late against the motion. A tool may name that, or refuse the recording for it."""
     late = rng.uniform(0.008, 0.02)
-    forms: tuple[Form, ...] = ({"resolver": {"time_constant": late}}, {"channel_skew": {"delay": late}})
-    return Planted("late_channel", place.address, fault=(f"{place.address}.position", {"late": late}), forms=forms)
+    form: Form = {"channel_skew": {"delay": late}}
+    return Planted("late_efforts", "", fault=("effort", {"late": late}), forms=(form,), problems=("SD528", "SD529"))
 
 
 def effort_limit(rng: np.random.Generator, place: Place) -> Planted:
@@ -139,8 +139,8 @@ def _by_name(*draws: Draw) -> dict[str, Draw]:
     return {draw.__name__: draw for draw in draws}
 
 
-ARM = _by_name(encoder_offset, encoder_gain, encoder_steps, late_channel, effort_limit)
-WHOLE = _by_name(no_gravity)
+ARM = _by_name(encoder_offset, encoder_gain, encoder_steps, effort_limit)
+WHOLE = _by_name(no_gravity, late_efforts)
 TACHO = _by_name(tacho_lag)
 MISSING_SHAFT = _by_name(compliance)
 SHAFT = _by_name(backlash, shaft_hardening, shaft_hysteresis, shaft_friction, kinematic_error)

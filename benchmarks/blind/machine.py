@@ -26,6 +26,7 @@ class Place:
     reach: float  # rad
     peak: float = 0.0  # N m: the most that the motion takes, of arms
     centre: float = 0.0  # rad, of the motion
+    same_as: tuple[str, ...] = ()  # addresses that are the same coordinate in the model handed over
 
 
 @dataclass(frozen=True)

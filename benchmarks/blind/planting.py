@@ -30,6 +30,7 @@ class Planted:
     omitted: frozenset[str] = frozenset()  # lines that the model handed over does not have
     replaces: str = ""  # of the machine's own laws at the place: "viscous" or "dry"
     also_at: tuple[str, ...] = ()  # addresses that name the same coordinate
+    problems: tuple[str, ...] = ()  # codes of what a tool may refuse the recording for instead
     scored: Mapping[str, float] | None = None  # where a recording cannot tell the first form's values one by one
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
@@ -52,6 +53,7 @@ def markdown(cases: Sequence[Scored], command: Sequence[str]) -> str:
         parts += [f"## {machine}", _score_table(part, [x for x in levels if any(c.level == x for c in part)])]
     parts += ["## By kind of effect", _kind_table(cases), "![confusion matrix](blind_results.svg)" if cases else ""]
     parts += ["## Null cases and time", _time_table(cases), "## Answers that are not right", _wrong_table(cases)]
+    parts += ["## No answer", _silent_table(cases)] if any(not case.score.answered for case in cases) else []
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -73,6 +75,14 @@ def _wrong_table(cases: Sequence[Scored]) -> str:
                 f"| {case.id} | {labels or one.verdict}{more} | {_ratio(one.before)} | {_ratio(one.heldout)} |"
             )
     return "\n".join(lines)
+
+
+def _silent_table(cases: Sequence[Scored]) -> str:
+    why = Counter((case.machine, case.error) for case in cases if not case.score.answered)
+    lines = ["| machine | why | cases |", "| --- | --- | ---: |"]
+    return "\n".join(
+        [*lines, *(f"| {machine} | {error} | {count} |" for (machine, error), count in sorted(why.items()))]
+    )
 
 
 def _ratio(value: float | None) -> str:

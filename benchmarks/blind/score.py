@@ -9,7 +9,7 @@ from typing import Any
 
 ANGLES = ("phase", "dead_centre")  # compared around the circle, in rad
 TWO_SIDED = 1.96  # standard errors to either side of a 95 % interval
-SILENT, OPEN, NONE = "nothing", "unexplained", "no answer"
+SILENT, OPEN, REFUSED, NONE = "nothing", "unexplained", "bad_recording", "no answer"
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class Score:
 
     answered: bool
     verdict: str
+    found: int  # findings
     effects: tuple[Effect, ...]
     extra: int  # findings beyond one for each planted effect
     alarm: bool  # anything but "complete"
@@ -51,9 +52,12 @@ def score(
     """``planted`` as in the record of a case; ``answer`` the tool's JSON, None where there is none."""
     if answer is None:
         effects = tuple(_missed(plant, NONE) for plant in planted)
-        return Score(False, NONE, effects, 0, False, False, None, None, seconds)
+        return Score(False, NONE, 0, effects, 0, False, False, None, None, seconds)
     findings = list(answer.get("findings", []))
     verdict = str(answer.get("verdict", ""))
+    if verdict == REFUSED:
+        effects = tuple(_refused(plant, answer) for plant in planted)
+        return Score(True, verdict, 0, effects, 0, True, False, None, None, seconds)
     matched = [_match(plant, findings) for plant in planted]
     used = [f for match in matched if match is not None for f in match.values()]
     open_ = [f for f in findings if not any(f is other for other in used)]
@@ -66,7 +70,7 @@ def score(
     before, after = (_over(answer.get("fit", {}).get(when, {}).get("heldout"), oracle) for when in ("before", "after"))
     alarm = verdict != "complete" or bool(findings)
     extra = max(0, len(open_) - wrong)
-    return Score(True, verdict, effects, extra, alarm, structured, before, after, seconds)
+    return Score(True, verdict, len(findings), effects, extra, alarm, structured, before, after, seconds)
 
 
 def _over(error: float | None, oracle: float | None) -> float | None:
@@ -138,6 +142,15 @@ def _sizes(true: Mapping[str, float]) -> dict[str, float]:
 
 def _missed(plant: Mapping[str, Any], label: str) -> Effect:
     return Effect(plant["kind"], plant["place"], _headline(plant), False, False, False, label)
+
+
+def _refused(plant: Mapping[str, Any], answer: Mapping[str, Any]) -> Effect:
+    """The recording was refused: right where that is for what was planted."""
+    codes = {problem["code"] for problem in answer.get("problems", ())}
+    if not codes & set(plant["problems"]):
+        return _missed(plant, REFUSED)
+    right = _headline(plant)
+    return Effect(plant["kind"], plant["place"], right, True, plant["place"] == "", False, right)
 
 
 def _wrong(

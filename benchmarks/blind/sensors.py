@@ -21,7 +21,7 @@ class Level:
     encoder_counts: int  # per turn
     encoder_noise: float  # rad
     noise: float  # of every other channel, over its full range
-    bits: int  # of every other channel, over twice its full range
+    bits: int  # of every other channel: steps in four times its full range
 
     @property
     def stride(self) -> int:
@@ -43,10 +43,9 @@ def encoder(angle: np.ndarray, level: Level) -> np.ndarray:
 
 
 def analogue(value: np.ndarray, full: float, level: Level, rng: np.random.Generator) -> np.ndarray:
-    """A voltage, current or torque as a converter shows it, at most twice its full range."""
+    """A voltage, current or torque as a converter shows it; its range is wide enough for whatever comes."""
     step = 4.0 * full / 2**level.bits
-    shown = step * np.round((value + level.noise * full * rng.standard_normal(value.shape)) / step)
-    return np.clip(shown, -2.0 * full, 2.0 * full)
+    return step * np.round((value + level.noise * full * rng.standard_normal(value.shape)) / step)
 
 
 def faulty(value: np.ndarray, fault: Mapping[str, float]) -> np.ndarray:

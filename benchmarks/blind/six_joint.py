@@ -89,7 +89,8 @@ class SixJoint(Machine):
         for i, place in enumerate(self.places):
             shown = faulty(angles[:, i], self.fault_of(planted, f"{place.address}.position"))
             columns[f"x{i + 1}"] = encoder(shown[:: sensors.stride], sensors)
-            columns[f"y{i + 1}"] = analogue(torques[:: sensors.stride, i] / GAIN[i], CURRENT[i], sensors, rng)
+            shown = faulty(torques[:, i], self.fault_of(planted, "effort")) / GAIN[i]
+            columns[f"y{i + 1}"] = analogue(shown[:: sensors.stride], CURRENT[i], sensors, rng)
         return Recorded(CONTROL * sensors.stride, columns)
 
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:

@@ -23,6 +23,7 @@ class Scored:
     group: str
     level: str
     score: Score
+    error: str = ""  # why there is no answer
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,12 @@ class Share:
 def scored(records: Iterable[Mapping[str, Any]]) -> list[Scored]:
     return [
         Scored(
-            r["id"], r["machine"], r["group"], r["level"], score(r["planted"], r["answer"], r["oracle"], r["seconds"])
+            r["id"],
+            r["machine"],
+            r["group"],
+            r["level"],
+            score(r["planted"], r["answer"], r["oracle"], r["seconds"]),
+            r["error"],
         )
         for r in records
     ]
@@ -105,7 +111,7 @@ def _told(cases: Sequence[Scored]) -> Share:
 
 
 def _told_alone(cases: Sequence[Scored]) -> Share:
-    return _share(one.verdict == OPEN for one in _of(cases, "unknown"))
+    return _share(one.verdict == OPEN and not one.found for one in _of(cases, "unknown"))
 
 
 def _covered(cases: Sequence[Scored]) -> Share:
@@ -142,8 +148,8 @@ def confusion(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
     for case in cases:
         effects = case.score.effects
         if not effects:
-            verdict = case.score.verdict
-            found["nothing", "nothing" if not case.score.alarm else verdict] += 1
+            silent = case.score.answered and not case.score.alarm
+            found["nothing", "nothing" if silent else case.score.verdict] += 1
         for effect in effects:
             found[effect.kind, effect.label] += 1
     return found

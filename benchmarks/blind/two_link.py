@@ -68,12 +68,13 @@ class TwoLink(Machine):
         limit = np.array([self.plant_of(planted, place.address).get("effort_limit", math.inf) for place in self.places])
         sensors, columns = LEVELS[level], {}
         noise = sensors.encoder_noise * rng.standard_normal((len(x), 2))
-        q, torque = _simulate(body, p, limit, GRAVITY, x, v, noise, STEPS)
+        q, torque = simulate(body, p, limit, GRAVITY, x, v, noise, STEPS)
         stride = sensors.stride
         for i, place in enumerate(self.places):
             shown = faulty(q[:, i], self.fault_of(planted, f"{place.address}.position"))
             columns[f"x{i + 1}"] = encoder(shown[::stride], sensors)
-            columns[f"y{i + 1}"] = analogue(torque[::stride, i], TORQUE[i], sensors, rng)
+            shown = faulty(torque[:, i], self.fault_of(planted, "effort"))
+            columns[f"y{i + 1}"] = analogue(shown[::stride], TORQUE[i], sensors, rng)
         return Recorded(CONTROL * stride, columns)
 
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
@@ -91,7 +92,7 @@ class TwoLink(Machine):
 
 
 @njit  # without cache: Numba would not see that the laws it inlines have changed
-def _simulate(body, p, limit, gravity, reference, speeds, noise, steps):
+def simulate(body, p, limit, gravity, reference, speeds, noise, steps):
     """Angles as the encoders show them and mean torques around the control samples, each (N, 2)."""
     count = len(reference)
     q, v, q_mid, v_mid, after = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)

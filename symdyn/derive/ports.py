@@ -14,7 +14,7 @@ from symdyn.derive.coordinates import Coordinate, coordinates
 from symdyn.derive.quantities import effect_values, expression
 from symdyn.physics import effect as find_effect
 from symdyn.physics.effect import PORT, Effect, Port, Values
-from symdyn.spec.records import JOINT_END, Drive, JointKind, Monomial, Motion, Robot
+from symdyn.spec.records import JOINT_END, Drive, Joint, JointKind, Monomial, Motion, Robot
 
 _NO_CURRENT = Port(sp.Integer(0), sp.Integer(0))  # of a circuit, before its motor is known
 
@@ -67,8 +67,9 @@ def ports(robot: Robot) -> Mapping[str, Port]:
 def attachments(robot: Robot) -> tuple[Attachment, ...]:
     """Every effect of the robot, those that its drive records stand for first; inputs and states numbered.
 
-    Raises InputError (SD109) for a limit of the effort of a joint that is not driven by it, and KeyError
-    only for an effect that the catalogue lacks, which a reader has refused before.
+    Raises InputError: SD109 for a limit of the effort of a joint that is not driven by it, SD454 for a loop around
+    a current that follows its voltage at once; and KeyError only for an effect that the catalogue lacks, which a
+    reader has refused before.
     """
     at = ports(robot)
     sliding = {joint.name for joint in robot.joints if joint.kind is JointKind.PRISMATIC}
@@ -87,7 +88,7 @@ def attachments(robot: Robot) -> tuple[Attachment, ...]:
         motion = Motion.TRANSLATIONAL if address in sliding else Motion.ROTATIONAL
         control = controls[address.partition(".")[0]]
         found.append(Attachment(item, address, at.get(address, _NO_CURRENT), values, motion, control, states))
-    found = _through_amplifiers(_through_transmissions(found))
+    found = _through_amplifiers(_in_circuits(_through_transmissions(found), robot))
     _check_stages(found, robot, motors)
     return _loaded(_in_circuits(found, robot))
 
@@ -185,15 +186,26 @@ def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
 
 
 def _check_stages(found: list[Attachment], robot: Robot, motors: set[str]) -> None:
-    """What works on the effort of a joint needs one that comes from an input, not from a motor."""
+    """What works on the effort of a joint needs one that comes from an input; a loop must not feed back at once."""
     undriven = motors | {joint.name for joint in robot.joints if joint.passive}
+    quick = {motor for joint in robot.joints if (motor := _quick_circuit(joint)) is not None}
     for i in found:
+        where = next((e.where for e in robot.effects if (e.type, e.at) == (i.effect.identifier, i.address)), None)
+        if i.address in quick and i.effect.reference_unit() is not None:
+            message = f"{i.effect.identifier} at '{i.address}' is an algebraic loop: the current follows at once"
+            raise InputError(Problem("SD454", message, where, "give the motor its inductance"))
         works = i.effect.amplified(i.values, i.states, i.control) is not None
         if works and i.address in undriven:
-            where = next((e.where for e in robot.effects if (e.type, e.at) == (i.effect.identifier, i.address)), None)
             message = f"{i.effect.identifier} at '{i.address}': no input is the effort of this joint"
             hint = "where there is a motor, its circuit is the place for the stages of its amplifier"
             raise InputError(Problem("SD109", message, where, hint))
+
+
+def _quick_circuit(joint: Joint) -> str | None:
+    """The circuit of a motor without inductance."""
+    if joint.drive is None or joint.drive.motor is None or not joint.drive.motor.inductance.is_zero:
+        return None
+    return f"{joint.name}.{joint.drive.motor.name}"
 
 
 def _in_circuits(found: list[Attachment], robot: Robot) -> list[Attachment]:

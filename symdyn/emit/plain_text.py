@@ -68,7 +68,7 @@ def catalogue_rows() -> list[dict[str, Any]]:
 
 
 def _parameter(schema: ParameterSchema) -> dict[str, Any]:
-    """Units by the motion of the place; ``null`` is the value at which the effect vanishes, "inf" without limit (none: any)."""
+    """Units by the motion of the place; ``null``: where the effect vanishes ("inf": without limit; None: nowhere)."""
     return {
         "units": {str(motion): unit for motion, unit in schema.units.items()},
         "null": "inf" if schema.null == math.inf else schema.null,

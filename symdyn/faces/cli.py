@@ -212,6 +212,12 @@ def simulate(
         Path | None,
         typer.Option("--energy", help="CSV file for the energy supplied, dissipated, lost and stored, by element."),
     ] = None,
+    sensitivities: Annotated[
+        Path | None, typer.Option("--sensitivities", help="CSV file for the derivatives of the states by parameters.")
+    ] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option("--parameter", "-p", help="For --sensitivities; repeatable. Default: all.")
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="CSV file to write; default: stdout.")] = None,
     json: Json = False,
 ) -> None:
@@ -227,14 +233,13 @@ def simulate(
         start or [],
         smoothing,
         tolerance,
-        out,
-        events,
-        energy,
+        simulate_command.Files(out, events, energy, sensitivities),
+        parameter or [],
         json,
     )
 
 
-for command in (frequency, sensitivity, reduce, experiment, profile, fleet):
+for command in (frequency, sensitivity, reduce):
     app.command()(command)
 
 
@@ -299,6 +304,10 @@ def diagnose(
     )  # fmt: skip
     if code:
         raise typer.Exit(code)
+
+
+for beyond in (experiment, profile, fleet):
+    app.command()(beyond)
 
 
 @app.command()

@@ -53,9 +53,12 @@ def experiment(
     from symdyn.faces import experiment_command
 
     chain = chain_of(base, tip, lock_others)
-    experiment_command.run(
-        model, rival, chain, noise or [], limits or [], recording, channel_map, band, duration, rate, seed, out, json
-    )
+    raise typer.Exit(
+        experiment_command.run(
+            model, rival, chain, noise or [], limits or [], recording, channel_map, band, duration, rate, seed, out,
+            json,
+        )
+    )  # fmt: skip
 
 
 def profile(
@@ -94,6 +97,9 @@ def fleet(
         list[str], typer.Argument(help="A list of cases (TOML or CSV), or with --model recordings (names or patterns).")
     ],
     model: Annotated[str | None, typer.Option("--model", help="The model of all recordings.")] = None,
+    base: Base = None,
+    tip: Tip = None,
+    lock_others: Lock = False,
     holdout: Annotated[
         str | None, typer.Option("--holdout", help="What judges: one file for all, or a name beside each recording.")
     ] = None,
@@ -107,6 +113,7 @@ def fleet(
     """Diagnose many recordings: one table and one JSON of verdicts."""
     from symdyn.faces import fleet_command
 
+    chain = chain_of(base, tip, lock_others)
     raise typer.Exit(
-        fleet_command.run(cases, model, holdout, channel_map, executor_of(jobs, scheduler, resume), out, json)
+        fleet_command.run(cases, model, chain, holdout, channel_map, executor_of(jobs, scheduler, resume), out, json)
     )

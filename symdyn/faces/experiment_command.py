@@ -48,7 +48,8 @@ def run(
     seed: int,
     path: Path | None,
     json: bool,
-) -> None:
+) -> int:
+    """Returns the exit code: 1 where no motion within the limits separates the two models."""
     plan = Plan(duration, rate, seed)
     check_plan(plan)
     if not (math.isfinite(band) and band > 0):
@@ -71,11 +72,12 @@ def run(
     told = written(planned, robot, path)
     if json:
         print_json(facts(told, plan))
-        return
-    out.print(told.told.why, markup=False)
-    _print_tables(told)
-    if told.told.file is not None:
-        err.print(f"trajectory: {path}", markup=False)
+    else:
+        out.print(told.told.why, markup=False)
+        _print_tables(told)
+        if told.told.file is not None:
+            err.print(f"trajectory: {path}", markup=False)
+    return 0 if rival is None or (told.design is not None and told.design.separates) else 1
 
 
 def add_experiment(

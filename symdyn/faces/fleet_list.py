@@ -11,18 +11,22 @@ from typing import Any
 from symdyn.base.errors import InputError, Problem, Where
 from symdyn.spec.machines import machine_names
 
-NEEDED = ("model", "recording", "holdout")
-KNOWN = ("name", *NEEDED, "map")
+NEEDED = ("model", "recording")
+KNOWN = ("name", *NEEDED, "holdout", "map")
+SEVERAL = ("recording", "holdout")  # a text, or a list of them; in a CSV with semicolons between
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A model (a file, or a bundled machine's name) and its recordings, as absolute paths."""
+    """A model (a file, or a bundled machine's name) and its recordings, as absolute paths.
+
+    Without any that are held out, blocks of the others judge.
+    """
 
     name: str
     model: str
-    recording: str
-    holdout: str
+    recordings: tuple[str, ...]
+    holdout: tuple[str, ...] = ()
     map: str | None = None
 
 
@@ -36,18 +40,29 @@ def read_cases(path: Path) -> list[Case]:
     for where, row in rows:
         wrong = [f"`{key}` is no word of a case" for key in row if key not in KNOWN]
         wrong += [f"`{key}` is missing" for key in NEEDED if not row.get(key)]
-        wrong += [f"`{key}` must be a text" for key, value in row.items() if not isinstance(value, str)]
+        wrong += [f"`{key}` must be a text" for key in row if not all(isinstance(v, str) for v in _listed(key, row))]
         if wrong:
             problems.append(Problem("SD341", "; ".join(wrong), where, f"known: {', '.join(KNOWN)}"))
             continue
-        model, recording, holdout = (_placed(path, row[key]) for key in NEEDED)
+        recordings, holdout = (tuple(_placed(path, text) for text in _listed(key, row)) for key in SEVERAL)
         channel_map = _placed(path, row["map"]) if row.get("map") else None
-        cases.append(Case(row.get("name") or row["recording"], model, recording, holdout, channel_map))
+        name = row.get("name") or ", ".join(_listed("recording", row))
+        cases.append(Case(name, _placed(path, row["model"]), recordings, holdout, channel_map))
     if not rows:
         problems.append(Problem("SD341", "the list holds no case", Where(str(path))))
     if problems:
         raise InputError(problems)
     return cases
+
+
+def _listed(key: str, row: dict[str, Any]) -> list[Any]:
+    """The texts of a word, of which some words may have several."""
+    value = row.get(key, [])
+    if isinstance(value, list) and key in SEVERAL:
+        return value
+    if isinstance(value, str) and key in SEVERAL:
+        return [part.strip() for part in value.split(";")]
+    return [value]
 
 
 def _rows_of_toml(path: Path) -> list[tuple[Where, dict[str, Any]]]:

@@ -12,10 +12,19 @@ from symdyn.base.files import check_writable, write_atomically
 from symdyn.faces.console import err, out, print_error, print_json, print_table, print_warnings, status
 from symdyn.faces.experiment_command import add_experiment, check_plan
 from symdyn.faces.recordings import open_recording, open_recordings
-from symdyn.faces.words import VERDICT_MEANINGS, effect_title, percent, quantity_text, verdict_sentence
+from symdyn.faces.words import (
+    VERDICT_MEANINGS,
+    effect_title,
+    located_words,
+    nats,
+    noise_words,
+    percent,
+    quantity_text,
+    verdict_sentence,
+)
 from symdyn.numeric.experiment.next_experiment import Plan
 from symdyn.numeric.findings import Diagnosis, Verdict, bad_recording_json
-from symdyn.numeric.runs import joined
+from symdyn.numeric.runs import training_and_heldout
 from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import WHOLE, Chain
 
@@ -73,7 +82,8 @@ def diagnose(
         with status(json) as progress:
             result = run(robot, training, judges or None, band=band, progress=progress)
             if experiment is not None:
-                result = add_experiment(result, joined(training), limits, plan, experiment, progress)
+                fitted, _ = training_and_heldout(training, judges or None)
+                result = add_experiment(result, fitted, limits, plan, experiment, progress)
     except BadRecording as bad:
         return _refused(robot, bad, json)
     if model_out is not None:
@@ -150,6 +160,8 @@ def show(result: Diagnosis) -> None:
         ),
     ]
     print_table("", ("where", "what", "with", "held out"), rows, whole="with")
+    for located in result.located:
+        out.print(f"mismatch at {located_words(located)} (evidence {nats(located.evidence)} nats)", markup=False)
     for finding in result.findings:
         for other in finding.alternatives:
             out.print(
@@ -167,7 +179,9 @@ def show(result: Diagnosis) -> None:
     if left.structured and left.variable is None:
         shape = f", {percent(left.share)} of its power slow, unlike noise, but not a function of the motion"
     out.print(
-        f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz)", markup=False
+        f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz). "
+        f"{noise_words(result)}".rstrip(),
+        markup=False,
     )
     if result.next_experiment is not None:
         out.print(f"next experiment: {result.next_experiment.why}", markup=False)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 import math
 import sys
-from collections.abc import Callable
-from dataclasses import asdict, fields
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.faces.signal_words import read_signals
 from symdyn.numeric.hybrid.energy import EnergyBalance, energy_balance
 from symdyn.numeric.hybrid.machine import Machine
+from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.simulate import simulate_events
 from symdyn.numeric.hybrid.trajectory import Event
 from symdyn.numeric.simulate import Trajectory, simulate
@@ -34,6 +35,25 @@ Array = NDArray[np.float64]
 MOST_ROWS = 10_000_000
 
 
+@dataclass(frozen=True, slots=True)
+class Files:
+    """Where each part of the result goes; states to stdout where no file is given."""
+
+    states: Path | None
+    events: Path | None
+    energy: Path | None
+    sensitivities: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Extras:
+    """What was asked for beside the trajectory."""
+
+    events: tuple[Event, ...] = ()
+    energy: EnergyBalance | None = None
+    sensitivities: Mapping[str, Array] | None = None
+
+
 def run(
     model: str,
     chain: Chain,
@@ -43,9 +63,8 @@ def run(
     start: list[str],
     smoothing: float | None,
     tolerance: float,
-    path: Path | None,
-    events_path: Path | None,
-    energy_path: Path | None,
+    files: Files,
+    parameters: list[str],
     json: bool,
 ) -> None:
     if not (math.isfinite(duration) and duration > 0 and math.isfinite(step) and 0 < step <= duration):
@@ -54,41 +73,44 @@ def run(
         raise UsageError(Problem("SD302", f"{duration / step:.3g} rows: choose a longer --step"))
     if smoothing is not None and not (math.isfinite(smoothing) and smoothing > 0):
         raise UsageError(Problem("SD302", "--smoothing must be positive"))
-    if smoothing is not None and energy_path is not None:
-        raise UsageError(Problem("SD302", "--energy needs located events: leave --smoothing out"))
+    for option, path in (("--energy", files.energy), ("--sensitivities", files.sensitivities)):
+        if smoothing is not None and path is not None:
+            raise UsageError(Problem("SD302", f"{option} needs located events: leave --smoothing out"))
+    if parameters and files.sensitivities is None:
+        raise UsageError(Problem("SD302", "--parameter says which --sensitivities to write: name a file for them"))
     robot = compiler.load_robot(model, chain)
     refuse_free_parameters(robot)
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     with status(json) as progress:
         if smoothing is None:
-            kernel, result, events, energy = _with_events(
-                robot, inputs, start, time, tolerance, energy_path is not None, progress
-            )
+            kernel, result, extras = _with_events(robot, inputs, start, time, tolerance, files, parameters, progress)
         else:
             kernel, result = _smoothed(robot, inputs, start, time, smoothing, progress)
-            events, energy = (), None
-    columns = result.table(kernel)
+            extras = _Extras()
+    columns, events = result.table(kernel), extras.events
     if json:
-        shown = {name: values.tolist() for name, values in columns.items()} | {"events": [asdict(e) for e in events]}
-        if energy is not None:
-            table = {name: values.tolist() for name, values in energy.table().items()}
-            shown["energy"] = table | {"closure": energy.closure}
+        shown = _lists(columns) | {"events": [asdict(e) for e in events]}
+        if extras.energy is not None:
+            shown["energy"] = _lists(extras.energy.table()) | {"closure": extras.energy.closure}
+        if extras.sensitivities is not None:
+            shown["sensitivities"] = _lists(extras.sensitivities)
         print_json(shown)
         return
-    if events_path is not None:
-        write_atomically(
-            events_path, _csv({f.name: [getattr(e, f.name) for e in events] for f in fields(Event)}, "%.12g")
-        )
-    if energy_path is not None and energy is not None:
-        write_atomically(energy_path, _csv(dict(energy.table()), "%.12g"))
-        err.print(f"energy accounted for but {energy.closure:.1e} of it: {energy_path}", markup=False)
+    if files.events is not None:
+        rows = {f.name: [getattr(e, f.name) for e in events] for f in fields(Event)}
+        write_atomically(files.events, _csv(rows, "%.12g"))
+    if files.energy is not None and extras.energy is not None:
+        write_atomically(files.energy, _csv(dict(extras.energy.table()), "%.12g"))
+        err.print(f"energy accounted for but {extras.energy.closure:.1e} of it: {files.energy}", markup=False)
+    if files.sensitivities is not None and extras.sensitivities is not None:
+        write_atomically(files.sensitivities, _csv(dict(extras.sensitivities), "%.10g"))
     text = _csv(dict(columns), "%.10g")
-    if path is None:
+    if files.states is None:
         sys.stdout.write(text)
         return
-    write_atomically(path, text)
+    write_atomically(files.states, text)
     jumps = f"{len(events)} events located" if smoothing is None else f"jumps smoothed over {smoothing:g}"
-    err.print(f"{len(time)} rows, {jumps}: {path}", markup=False)
+    err.print(f"{len(time)} rows, {jumps}: {files.states}", markup=False)
 
 
 def _with_events(
@@ -97,25 +119,30 @@ def _with_events(
     start: list[str],
     time: Array,
     tolerance: float,
-    book: bool,
+    files: Files,
+    parameters: list[str],
     progress: Callable[[str], None],
-) -> tuple[Kernel, Trajectory, tuple[Event, ...], EnergyBalance | None]:
+) -> tuple[Kernel, Trajectory, _Extras]:
     machine = Machine(compiler.compile_hybrid(robot))
     kernel = machine.kernel
     signals = read_signals(inputs, kernel.inputs)
     x = _named(start, kernel.states, "--start")
     progress("simulating")
     found = simulate_events(machine, time, signals, start=x, tolerance=tolerance)
-    energy = None
-    if book:
+    energy, derivatives = None, None
+    if files.energy is not None:
         progress("booking the energy")
         energy = energy_balance(machine, found, signals)
+    if files.sensitivities is not None:
+        progress("following the sensitivities")
+        asked = parameters or list(kernel.parameters)
+        derivatives = simulate_sensitivities(machine, time, signals, start=x, parameters=asked).table(kernel)
     outputs = np.zeros((len(time), 0))
     if kernel.outputs:
         modes = np.zeros((len(time), len(machine.switches)))
         outputs = kernel.output_batch(found.states, np.ascontiguousarray(found.inputs), modes)
     result = Trajectory(time, found.states, found.inputs, outputs, kernel.states, found.tries)
-    return kernel, result, found.events, energy
+    return kernel, result, _Extras(found.events, energy, derivatives)
 
 
 def _smoothed(
@@ -137,6 +164,10 @@ def _smoothed(
         return np.array([signal.at(np.array([t]))[0] for signal in signals])
 
     return kernel, simulate(kernel, time, control, start=x, progress=tell)
+
+
+def _lists(columns: Mapping[str, Array]) -> dict[str, Any]:
+    return {name: values.tolist() for name, values in columns.items()}
 
 
 def _csv(columns: dict[str, Any], floats: str) -> str:

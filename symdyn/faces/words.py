@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from types import MappingProxyType
 
-from symdyn.numeric.findings import Diagnosis, Estimate, Finding, Verdict
+from symdyn.numeric.findings import Diagnosis, Estimate, Finding, Located, Verdict
 from symdyn.physics import catalogue
 
 VERDICT_NAMES: Mapping[Verdict, str] = MappingProxyType(
@@ -36,7 +36,9 @@ VERDICT_MEANINGS: Mapping[Verdict, str] = MappingProxyType(
             "as well. Take the finding as a group until a recording that tells its members apart has been made."
         ),
         Verdict.UNEXPLAINED: (
-            "What is left on the held-out recording is not noise, but no effect that symdyn knows explains it."
+            "What is left on the held-out recording is not noise, but no effect that symdyn knows explains it. "
+            "Effects listed all the same are the nearest known ones: they tell too little of the mismatch, or what is "
+            "left follows their own variable, so that their law does not hold."
         ),
         Verdict.BAD_RECORDING: (
             "The recording itself is wrong; nothing was diagnosed, since whatever came out would be about its faults."
@@ -55,14 +57,15 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 
 def verdict_words(diagnosis: Diagnosis) -> str:
     """One sentence: what the model lacked."""
+    if diagnosis.findings and diagnosis.verdict is Verdict.UNEXPLAINED:
+        nearest = _joined([f"{f.title} at {f.place}" for f in diagnosis.findings], " and ")
+        return f"The model misses something {_kind(diagnosis)}, which no known effect explains; nearest is {nearest}."
     if diagnosis.findings:
         unsure = any(f.rivals for f in diagnosis.findings)
         lacked = _joined([_lacked(f) for f in diagnosis.findings], ", and " if unsure else " and ")
         return f"The model lacked {lacked}{': these recordings do not tell which' if unsure else ''}."
     if diagnosis.remaining.structured:
-        variable = diagnosis.remaining.variable
-        kind = f"that follows the {variable}" if variable else "that is no noise and does not follow the motion"
-        return f"The model misses something {kind}, and no known effect explains it."
+        return f"The model misses something {_kind(diagnosis)}, and no known effect explains it."
     return "These recordings show nothing that the model lacks."
 
 
@@ -76,12 +79,31 @@ def error_words(diagnosis: Diagnosis) -> str:
 
 def leftover_words(diagnosis: Diagnosis) -> str:
     """A caveat where effects were found and what is left still follows the motion; else nothing."""
-    if not diagnosis.findings or not diagnosis.remaining.structured:
+    if not diagnosis.findings or not diagnosis.remaining.structured or diagnosis.verdict is Verdict.UNEXPLAINED:
         return ""
     variable = diagnosis.remaining.variable
     if variable is None:
         return "Part of what is left is no noise, but does not follow the motion."
     return f"Part of what is left still follows the {variable}."
+
+
+def located_words(located: Located) -> str:
+    """``elbow (or elbow.motor): follows sign of speed, low speed``."""
+    others = [place for place in located.group if place != located.place]
+    group = f" (or {_joined(others, ' or ')})" if others else ""
+    return f"{located.place}{group}: follows {', '.join(located.when)}" if located.when else f"{located.place}{group}"
+
+
+def nats(evidence: float) -> str:
+    """Evidence to three digits: ``227``, ``11.3``."""
+    return f"{evidence:.0f}" if abs(evidence) >= 99.95 else f"{evidence:.3g}"
+
+
+def noise_words(diagnosis: Diagnosis) -> str:
+    """One sentence on the noise floor; nothing where the recording does not tell it."""
+    if diagnosis.noise_floor is None:
+        return ""
+    return f"The noise of the sensors alone would leave {percent(diagnosis.noise_floor.errors.heldout)}."
 
 
 def effect_title(identifier: str) -> str:
@@ -148,6 +170,11 @@ def _aligned(value: float, se: float) -> tuple[str, str]:
 
 def _exponent(x: float) -> int:
     return int(f"{x:e}".partition("e")[2])
+
+
+def _kind(diagnosis: Diagnosis) -> str:
+    variable = diagnosis.remaining.variable
+    return f"that follows the {variable}" if variable else "that is no noise and does not follow the motion"
 
 
 def _lacked(finding: Finding) -> str:

@@ -1,42 +1,46 @@
-"""Which effects a diagnosis may propose, and the robot that holds them all at their null values."""
+"""Which effects a diagnosis may propose, and which parameters of a model a fit may move."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import dataclass
 
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
-from symdyn.spec.records import DHRow, EffectSpec, Monomial, Motion, Parameter, Place, PlaceKind, Robot
-
-NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
+from symdyn.spec.records import DHRow, Monomial, Motion, Place, PlaceKind, Robot
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One effect at one place; ``linear`` parameters are solved for, the ``shape`` one is searched."""
+    """One effect at one place; ``linear`` parameters are solved for, ``shapes`` are searched."""
 
     effect: str
     title: str
     place: Place
     linear: tuple[ParameterSchema, ...]
-    shape: ParameterSchema | None
+    shapes: tuple[ParameterSchema, ...]
     builds_on: str | None
 
     def parameter(self, schema: ParameterSchema) -> str:
-        """The name of the parameter in the augmented robot."""
+        """A name for the parameter that no other place or effect has."""
         return f"{self.place.address.replace('.', '_')}_{self.effect}_{schema.name}"
 
     def unit(self, schema: ParameterSchema) -> str:
         return schema.units[self.place.motion]
 
+    def values(self, coefficients: Sequence[float], shapes: Sequence[float]) -> dict[str, float]:
+        """The effect's parameters by name; what is searched as a ratio follows the one it is relative to."""
+        found = {schema.name: float(value) for schema, value in zip(self.linear, coefficients, strict=True)}
+        for schema, value in zip(self.shapes, shapes, strict=True):
+            found[schema.name] = float(value) * (found[schema.relative_to] if schema.relative_to else 1.0)
+        return found
+
     @property
     def size(self) -> int:
         """How many numbers it brings."""
-        return len(self.linear) + (self.shape is not None)
+        return len(self.linear) + len(self.shapes)
 
     @property
     def label(self) -> str:
@@ -55,30 +59,18 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
                 continue
             if (effect.identifier, place.address) in present or _degenerate(effect.parameters, place):
                 continue
-            linear = tuple(p for p in effect.parameters if p.scan is Scan.NONE)
-            shape = next((p for p in effect.parameters if p.scan is not Scan.NONE), None)
-            found.append(Candidate(effect.identifier, effect.title, place, linear, shape, effect.builds_on))
+            free = [p for p in effect.parameters if not p.is_count]
+            linear = tuple(p for p in free if p.scan is Scan.NONE)
+            shapes = tuple(p for p in free if p.scan is not Scan.NONE)
+            found.append(Candidate(effect.identifier, effect.title, place, linear, shapes, effect.builds_on))
     return tuple(found)
 
 
-def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
-    """The robot with every candidate attached at its null value: one kernel serves all hypotheses."""
-    effects, parameters = list(robot.effects), list(robot.parameters)
-    for candidate in proposed:
-        values = []
-        for schema in catalogue()[candidate.effect].parameters:
-            name = candidate.parameter(schema)
-            null = 1.0 if schema.null is None else min(schema.null, NO_LIMIT)
-            parameters.append(Parameter(name, null, candidate.unit(schema), schema.latex, schema.meaning))
-            values.append((schema.name, Monomial(Fraction(1), ((name, 1),))))
-        effects.append(EffectSpec(candidate.effect, candidate.place.address, tuple(values)))
-    return replace(robot, effects=tuple(effects), parameters=tuple(parameters))
-
-
-def fitted_parameters(robot: Robot) -> tuple[str, ...]:
+def fitted_parameters(robot: Robot, scaled: bool = True) -> tuple[str, ...]:
     """The model's own parameters that a fit may move: inertial ones (the tool's too) and those of its effects.
 
-    Geometry, gravity and actuator gains are taken as known: the recording is read through them.
+    Geometry, gravity and actuator gains are taken as known: the recording is read through them. Where no
+    effort was measured (not ``scaled``), masses and their centres are, too.
     """
     moving: list[Monomial] = [value for e in robot.effects for _, value in e.values]
     fixed: list[Monomial] = list(robot.gravity)
@@ -86,9 +78,11 @@ def fitted_parameters(robot: Robot) -> tuple[str, ...]:
         fixed += robot.base.position
     if robot.tool is not None:
         fixed += robot.tool.placement.position
-        moving += [robot.tool.link.mass, *robot.tool.link.com, *robot.tool.link.inertia]
+    links = [joint.link for joint in robot.joints] + ([robot.tool.link] if robot.tool is not None else [])
+    for link in links:
+        (moving if scaled else fixed).extend([link.mass, *link.com])
+        moving += link.inertia
     for joint in robot.joints:
-        moving += [joint.link.mass, *joint.link.com, *joint.link.inertia]
         place = joint.placement
         fixed += [place.theta, place.d, place.a, place.alpha] if isinstance(place, DHRow) else place.position
         if joint.actuator is not None:
@@ -126,12 +120,9 @@ def bounds(robot: Robot) -> dict[str, tuple[float, float]]:
     return found
 
 
-def candidate_bounds(candidate: Candidate, shape: float | None) -> dict[str, tuple[float, float]]:
-    """Bounds of a candidate's parameters; a shape parameter stays within a factor two of its scan."""
-    found = {candidate.parameter(schema): _limits(schema) for schema in candidate.linear}
-    if candidate.shape is not None and shape is not None:
-        found[candidate.parameter(candidate.shape)] = (shape / 2.0, shape * 2.0)
-    return found
+def candidate_bounds(candidate: Candidate) -> dict[str, tuple[float, float]]:
+    """Bounds of a candidate's linear parameters."""
+    return {candidate.parameter(schema): _limits(schema) for schema in candidate.linear}
 
 
 def _limits(schema: ParameterSchema) -> tuple[float, float]:

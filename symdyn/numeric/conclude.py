@@ -12,7 +12,7 @@ from symdyn.numeric.candidates import bounds
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Finding, Located, NoiseFloor, Remaining, Traces
 from symdyn.numeric.fitting import relative_error
-from symdyn.numeric.free_form import Fitted
+from symdyn.numeric.free_form import fitted_of
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover
@@ -46,7 +46,7 @@ def conclude(
     bench = Workbench(emitted, case.bench.observation, case.bench.band)
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
-    after = Errors(relative_error(r_training, bench.effort), relative_error(r_heldout, judge.effort))
+    after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
     remaining = leftover(
         (admissible_residual(bench, emitted.values), _motion(bench)),
         (admissible_residual(judge, emitted.values), _motion(judge)),
@@ -61,7 +61,9 @@ def conclude(
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
     wrong = refuted(case, final, remaining)
-    told += [f"the law of {label} does not hold: what is left follows the {remaining.variable}" for label in wrong]
+    told += [
+        f"the law of {label} does not hold exactly: what is left follows the {remaining.variable}" for label in wrong
+    ]
     density = noise_density(judge, emitted.values)
     before = case.errors(given)
     return Diagnosis(
@@ -79,23 +81,23 @@ def conclude(
         training=training,
         heldout=heldout,
         traces=_traces(case, given, judge, r_heldout, density),
-        located=_located(case, given),
+        located=where_and_when(case, given),
         noise_floor=_noise_floor(case, bench, judge, noise_density(bench, emitted.values), density),
     )
 
 
-def _located(case: Case, given: Explanation) -> tuple[Located, ...]:
+def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
     """Where the model as given is not enough, by what each joint's residual follows."""
-    fitted = Fitted(given.fit.p, given.fit.names, given.weight, case.joints)
     residuals = Left(*(admissible_residual(w, given.fit.p) * given.weight for w in (case.bench, case.judge)))
-    return located(case.bench, case.judge, fitted, residuals, [rigid_group(joint) for joint in case.robot.joints])
+    groups = [rigid_group(joint) for joint in case.robot.joints]
+    return located(case.bench, case.judge, fitted_of(case, given), residuals, groups)
 
 
 def _noise_floor(case: Case, bench: Workbench, judge: Workbench, training: Array, heldout: Array) -> NoiseFloor:
-    """What noise of these densities alone would leave of the effort, relative."""
+    """What noise of these densities alone would leave, relative to the effort (or what stands for it)."""
     shares = []
     for made, density in ((bench, training), (judge, heldout)):
-        size = np.sqrt(np.mean(made.effort**2, axis=0))
+        size = np.sqrt(np.mean(made.reference**2, axis=0))
         shares.append(np.divide(in_band(density, made), size, out=np.zeros_like(size), where=size > 0))
     whole = [float(np.sqrt(np.mean(share**2))) for share in shares]
     per_joint = {joint: Errors(float(a), float(b)) for joint, a, b in zip(case.joints, *shares, strict=True)}

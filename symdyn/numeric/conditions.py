@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.scan import HIGHEST_ORDER, WAVES
+from symdyn.numeric.scan import orders, periodogram
 from symdyn.numeric.standstill import REST, speed_noise
 from symdyn.numeric.workbench import Workbench
 
@@ -64,9 +64,9 @@ def conditions(
         _binned("load", loads[0][:, j], loads[1][:, j]),
         Condition("time", _eighth(a, a), _eighth(b, a), 3 * EIGHTHS),
     ]
-    order = _order(a.q, residual, float(np.median(np.abs(a.qd))), bench)
+    order = _order(a, residual, bench, j)
     if order is not None:
-        found.append(Condition(f"angle order {order}", _phase(order, a.q), _phase(order, b.q), BINS))
+        found.append(Condition(f"angle order {order:.4g}", _phase(order, a.q), _phase(order, b.q), BINS))
     for i, other in enumerate(joints):
         if i != j:
             one, two = _motion(bench, i), _motion(judge, i)
@@ -124,19 +124,15 @@ def _eighth(motion: _Motion, training: _Motion) -> Cells:
     return np.asarray(3 * np.clip(eighth, 0, EIGHTHS - 1) + _sign(motion), dtype=np.int_)
 
 
-def _order(q: Array, residual: Array, usual_speed: float, bench: Workbench) -> int | None:
+def _order(motion: _Motion, residual: Array, bench: Workbench, j: int) -> float | None:
     """Waves per turn of the sine that the residual holds most of; None where the travel is too short for any."""
-    travel = float(np.ptp(q)) / (2.0 * np.pi)
-    cutoff = bench.band.cutoff if bench.band else 0.4 * bench.observation.rate
-    highest = int(min(HIGHEST_ORDER, 2.0 * np.pi * cutoff / max(usual_speed / 2.0, 1e-9)))
-    lowest = int(np.ceil(max(1.0, WAVES / max(travel, 1e-9))))
-    if highest < lowest:
+    tried = orders(bench.observation, j, bench.edge)
+    if float(tried[0] * np.median(np.abs(motion.qd))) > 2.0 * np.pi * bench.edge:
         return None
-    orders = np.arange(lowest, highest + 1)
-    power = np.abs(np.exp(1j * np.outer(orders, q)) @ (residual - residual.mean()))
-    return int(orders[int(np.argmax(power))])
+    power = periodogram(residual - residual.mean(), motion.q, motion.qd, tried, bench.edge)
+    return float(tried[int(np.argmax(power))])
 
 
-def _phase(order: int, q: Array) -> Cells:
+def _phase(order: float, q: Array) -> Cells:
     wave = order * q / (2.0 * np.pi)
     return np.asarray(np.minimum(BINS * (wave - np.floor(wave)), BINS - 1), dtype=np.int_)

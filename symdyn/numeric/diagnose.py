@@ -5,35 +5,32 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from symdyn.base.errors import NumericalError
-from symdyn.compiler import compile_robot
-from symdyn.numeric.band import analysis_band, band_of
-from symdyn.numeric.candidates import Candidate, augmented, bounds, candidates
-from symdyn.numeric.conclude import conclude
+from symdyn.base.errors import InputError, NumericalError
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.evidence import gaussian_gain
 from symdyn.numeric.excitation import unexcited
-from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, own_parameters, ready
+from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, ready
 from symdyn.numeric.filtering.diagnose import diagnose_hidden
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
-from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.noise_floor import independent_samples
-from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import encompassing
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, Trial, rank
-from symdyn.numeric.skew import check_skew
-from symdyn.numeric.workbench import Workbench
+from symdyn.numeric.setting import Setting, prepare
+from symdyn.numeric.skew import check_skew, skew_left
 from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
 
-DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
-MAX_FINDINGS = 12
+MAX_FINDINGS = 6  # per joint
+WIDER = 1.5  # times the band, from which on it is worth another search
 ALTERNATIVES = 3  # shown per step
 
 
@@ -65,11 +62,33 @@ def diagnose(
 def _diagnose(
     robot: Robot, training: Recording, heldout: Recording, band: float | None, progress: Progress
 ) -> Diagnosis:
-    case, proposed = prepare(robot, training, heldout, band, progress)
+    setting = prepare(robot, training, heldout, progress)
+    case = setting.case(setting.given() if band is None else band)
     given = current = case.explain()
     findings: list[Finding] = []
     alarms: list[str] = []
-    while len(findings) < MAX_FINDINGS:
+    current, findings = _forward(case, current, findings, setting.proposed, alarms, progress)
+    if band is None:
+        case, given, current, findings = _widened(setting, case, given, current, findings, alarms, progress)
+    current, findings = _reexamined(case, current, findings, alarms)
+    case, current, findings = _physical(case, current, findings, alarms)
+    skew = check_skew(case, given, current)
+    alarms += unexcited(case.bench, given.fit.p, given.fit.names, given.training, given.weight)
+    findings = [_with_rivals(case, current, finding, setting.proposed, progress) for finding in findings]
+    return conclude(case, given, current, findings, alarms, training.name, heldout.name, skew)
+
+
+def _forward(
+    case: Case,
+    current: Explanation,
+    findings: list[Finding],
+    proposed: Sequence[Candidate],
+    alarms: list[str],
+    progress: Progress,
+) -> tuple[Explanation, list[Finding]]:
+    """Effect after effect, until none earns its place any more."""
+    findings = list(findings)
+    while len(findings) < MAX_FINDINGS * len(case.joints):
         earning, refused = _tried(case, current, proposed, f"step {len(findings) + 1}", progress)
         alarms += [f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused]
         step = _first_that_earns(case, current, earning, alarms)
@@ -79,34 +98,69 @@ def _diagnose(
         findings.append(_finding(case, trial.candidate, current, better, _alternatives(case, current, earning, trial)))
         current = better
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
-    current, findings = _reexamined(case, current, findings, alarms)
-    skew = check_skew(case, given, current)
-    alarms += unexcited(case.bench, given.fit.p, given.fit.names, given.training, given.weight)
-    findings = [_with_rivals(case, current, finding, proposed, progress) for finding in findings]
-    return conclude(case, given, current, findings, alarms, training.name, heldout.name, skew)
+    return current, findings
 
 
-def prepare(
-    robot: Robot, training: Recording, heldout: Recording, band: float | None, progress: Progress
-) -> tuple[Case, tuple[Candidate, ...]]:
-    """One kernel with every candidate in it, on both recordings, in the band where the mismatch lives."""
-    proposed = candidates(robot)
-    progress(f"deriving and compiling {robot.name} with {len(proposed)} candidate effects")
-    kernel = compile_robot(augmented(robot, proposed)).kernel()
-    seen = observe(robot, kernel, training)
-    wide = Workbench(kernel, seen)
-    start = fit(wide, kernel.values, own_parameters(robot, wide), joint_weight(seen.tau, seen.tau), bounds(robot))
-    chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
-    cutoff = DERIVATIVE_ROOM * chosen.cutoff
-    bench = Workbench(kernel, observe(robot, kernel, training, cutoff), chosen)
-    held_band = band_of(chosen.cutoff, 1.0 / heldout.sample_time)
-    return Case(robot, bench, Workbench(kernel, observe(robot, kernel, heldout, cutoff), held_band)), proposed
+def _widened(
+    setting: Setting,
+    case: Case,
+    given: Explanation,
+    current: Explanation,
+    findings: list[Finding],
+    alarms: list[str],
+    progress: Progress,
+) -> tuple[Case, Explanation, Explanation, list[Finding]]:
+    """What was found filled the band. What it covered may be quicker: the search goes on in the band of what is left.
+
+    Where that finds nothing, or no effort was measured that could be quicker than the motion, everything stays as
+    it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
+    quick then, and a friction that remembers would be named for it.
+    """
+    if not np.any(case.bench.effort):
+        return case, given, current, findings
+    cutoff = setting.left(current)
+    if not findings or cutoff < WIDER * case.bench.edge or skew_left(case, current) is not None:
+        return case, given, current, findings
+    progress(f"what is left reaches up to {cutoff:.3g} Hz")
+    wide = setting.case(cutoff, case.bench.edge)
+    before = wide.explain(current.found, current)
+    noted: list[str] = []
+    after, more = _forward(wide, before, findings, setting.proposed, noted, progress)
+    if len(more) == len(findings):
+        return case, given, current, findings
+    alarms += noted
+    return wide, wide.explain(), after, more
+
+
+def _physical(
+    case: Case, current: Explanation, findings: list[Finding], alarms: list[str]
+) -> tuple[Case, Explanation, list[Finding]]:
+    """Parameters that no machine can have are drawn towards the given ones until one can."""
+    for share in (1.0, 0.3, 0.1, 0.03):
+        try:
+            specification(case, current)
+            break
+        except InputError as error:
+            alarms.append(f"no machine has the parameters that fit best: {error.problems[0].message}")
+            case = replace(case, spread=share * case.spread)
+            current = case.explain(current.found, current)
+    return case, current, _updated(case, current, findings)
+
+
+def _updated(case: Case, current: Explanation, findings: Sequence[Finding]) -> list[Finding]:
+    """Those of the findings that are still held, with their final values."""
+    kept = {(c.effect, c.place.address): c for c, _ in current.found}
+    return [
+        replace(f, parameters=case.parameters(kept[f.effect, f.place], current))
+        for f in findings
+        if (f.effect, f.place) in kept
+    ]
 
 
 def _tried(
     case: Case, current: Explanation, proposed: Sequence[Candidate], step: str, progress: Progress
 ) -> tuple[list[Trial], list[Trial]]:
-    search = Search(case.bench, current.fit.p, current.fit.names, current.weight, case.joints)
+    search = Search(case.laws, current.training, current.design, current.weight)
     open_ = ready(proposed, case.robot, current.effects)
     return rank(search, open_, LEVEL, lambda what: progress(f"{step}: {what}"))
 
@@ -117,7 +171,7 @@ def _first_that_earns(
     """The best candidate on training data that held-out data confirm, fitted."""
     for trial in earning:
         try:
-            better = case.explain((*current.found, (trial.candidate, trial.shape)))
+            better = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
         except NumericalError:
             alarms.append(f"{trial.candidate.label} could not be fitted: it does not settle")
             continue
@@ -135,7 +189,7 @@ def _alternatives(case: Case, current: Explanation, earning: Sequence[Trial], ch
     found = []
     for trial in [t for t in earning if t is not chosen][:ALTERNATIVES]:
         try:
-            other = case.explain((*current.found, (trial.candidate, trial.shape)))
+            other = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
         except NumericalError:
             continue
         error = case.errors(other).heldout
@@ -171,18 +225,14 @@ def _reexamined(
     """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
     for item in current.found[:-1]:
         candidate, _ = item
-        if any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found):
+        corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
+        if corrected and case.certain(candidate, current):
             continue
-        without = case.explain(tuple(other for other in current.found if other is not item))
+        without = case.explain(tuple(other for other in current.found if other is not item), current)
         if not case.earns(without, current):
             alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
             current = without
-    kept = {(c.effect, c.place.address): c for c, _ in current.found}
-    return current, [
-        replace(f, parameters=case.parameters(kept[f.effect, f.place], current))
-        for f in findings
-        if (f.effect, f.place) in kept
-    ]
+    return current, _updated(case, current, findings)
 
 
 def _with_rivals(
@@ -191,8 +241,8 @@ def _with_rivals(
     """What it does not improve on beyond chance: other effects at its place (rivals), itself elsewhere (group)."""
     progress(f"looking for rivals of {finding.title} at {finding.place}")
     mine = next(i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place))
-    rest = case.explain(tuple(item for item in current.found if item is not mine))
-    search = Search(case.bench, rest.fit.p, rest.fit.names, rest.weight, case.joints)
+    rest = case.explain(tuple(item for item in current.found if item is not mine), current)
+    search = Search(case.laws, rest.training, rest.design, rest.weight)
     own = search.trial(mine[0])
     rivals, group = [], list(finding.group)
     for other in ready(proposed, case.robot, rest.effects):

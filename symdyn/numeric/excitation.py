@@ -17,11 +17,12 @@ Array = NDArray[np.float64]
 STATES = 400  # random ones, which excite all that can be
 SPEED, ACCELERATION = 3.0, 10.0  # of them, SI units
 UNKNOWN = 1.0  # standard error of a direction, in parts of its parameters' values
-PART = 0.3  # of a direction that a parameter must have to be named
+PART = 0.3  # of the most affected parameter's share that another must have to be named
+MOST = 8  # parameters named
 
 
 def unexcited(bench: Workbench, p: Array, names: Sequence[str], residual: Array, weight: Array) -> list[str]:
-    """One sentence per direction of parameters that stays unknown to more than its own size.
+    """A sentence on the directions of parameters that stay unknown to more than their own size, if there are any.
 
     A direction that no motion excites (mass and arm of a pendulum) is the model's, and not told: those
     that random states do excite are compared. ``residual`` (K, n) of the fit sets the noise.
@@ -40,14 +41,14 @@ def unexcited(bench: Workbench, p: Array, names: Sequence[str], residual: Array,
     power = float(np.mean((residual * weight) ** 2))
     count = sum(effective_count(column, independent_samples(bench)) for column in residual.T)
     noise = np.sqrt(power * residual.size / max(count, 1.0))
-    told = []
-    for length, direction in zip(reached, directions, strict=True):
-        if noise > UNKNOWN * length:
-            parts = space @ direction
-            named = [name for name, part in zip(names, parts, strict=True) if abs(part) >= PART * np.abs(parts).max()]
-            together = " and ".join(named) if len(named) < 3 else f"{', '.join(named[:-1])} and {named[-1]} together"
-            told.append(f"these recordings do not excite {together}: another motion would be needed to tell")
-    return told
+    lost = space @ directions[noise > UNKNOWN * reached].T  # (parameters, directions)
+    if not lost.size:
+        return []
+    share = np.sqrt(np.sum(lost**2, axis=1))
+    most = [i for i in np.argsort(-share, kind="stable")[:MOST] if share[i] >= PART * share.max()]
+    named = ", ".join(names[i] for i in sorted(most))
+    how_many = f"{lost.shape[1]} of {space.shape[1]} directions of the model's parameters, mostly in {named}"
+    return [f"these recordings do not excite {how_many}: another motion would be needed to tell them"]
 
 
 def _random_columns(bench: Workbench, p: Array, names: Sequence[str]) -> Array:

@@ -11,18 +11,33 @@ from scipy import stats
 
 from symdyn.numeric.candidates import Candidate, bounds, candidate_bounds, fitted_parameters
 from symdyn.numeric.findings import Errors, Estimate
-from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
-from symdyn.numeric.regression import encompassing
+from symdyn.numeric.fitting import Fit, joint_weight, minimise, relative_error
+from symdyn.numeric.laws import Laws
+from symdyn.numeric.regression import encompassing, fit_linear, solve_linear
+from symdyn.numeric.search import EARNS
 from symdyn.numeric.workbench import Workbench
+from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
 LEVEL = 0.01  # significance of a gain
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
-EARNS = 0.03  # an effect that takes less than this part off the held-out error is not worth a line in a model
 
-Found = tuple[tuple[Candidate, float | None], ...]  # candidates with the scanned value of their shape parameter
+SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
+SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
+SHAPE_ROOM = 2.0  # factor about its scanned value within which a shape parameter stays, and within the scan's ends
+SETTLED = 1e-5  # relative fall of the loss below which they have settled
+
+Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """Values of one found effect: of its linear parameters, and of its shapes."""
+
+    coefficients: tuple[float, ...]
+    shapes: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,8 +45,10 @@ class Explanation:
     """``found`` on top of the model as given, with all parameters fitted together on training data."""
 
     found: Found
-    fit: Fit
+    fit: Fit  # names: the model's own, then linear and shape parameters of each effect found
+    fitted: tuple[Fitted, ...]  # of each effect found
     weight: Array  # (n,) of each joint
+    design: Array  # (K, n, k) columns of all that was fitted, training
     training: Array  # (K, n) residuals in the analysis band
     heldout: Array
 
@@ -42,36 +59,136 @@ class Explanation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """What does not change during a diagnosis: the robot, and its kernel on both recordings."""
+    """What does not change during a diagnosis: the robot, and what was seen of it, in one analysis band."""
 
     robot: Robot
-    bench: Workbench  # training
-    judge: Workbench  # held out
+    laws: Laws  # training
+    judged: Laws  # held out
+    own: tuple[str, ...]  # the model's own parameters that a fit moves
+    spread: float = SPREAD  # standard deviation that their values as given are thought to have, as a share of them
+
+    @property
+    def bench(self) -> Workbench:
+        return self.laws.bench
+
+    @property
+    def judge(self) -> Workbench:
+        return self.judged.bench
 
     @property
     def joints(self) -> list[str]:
         return [joint.name for joint in self.robot.joints]
 
-    def explain(self, found: Found = ()) -> Explanation:
-        """Fit the model with the effects found. Raises NumericalError if the fit does not settle."""
-        bench = self.bench
-        p, limits = bench.kernel.values, bounds(self.robot)
-        names = own_parameters(self.robot, bench)
-        for candidate, shape in found:
-            limits |= candidate_bounds(candidate, shape)
-            names += [candidate.parameter(schema) for schema in candidate.linear]
-            if candidate.shape is not None and shape is not None:
-                p[bench.index[candidate.parameter(candidate.shape)]] = shape
-                names.append(candidate.parameter(candidate.shape))
-        weight = np.ones(bench.effort.shape[1])
+    def explain(self, found: Found = (), near: Explanation | None = None) -> Explanation:
+        """Fit the model with the effects found, from the values of an explanation ``near`` it, if there is one.
+
+        Raises NumericalError if the fit does not settle.
+        """
+        p, weight = self.bench.kernel.values, np.ones(self.bench.effort.shape[1])
+        known: dict[str, Fitted] = {}
+        if near is not None:
+            p, weight = near.fit.p, near.weight
+            known = {c.label: f for (c, _), f in zip(near.found, near.fitted, strict=True)}
+        state = [known.get(c.label, Fitted((0.0,) * len(c.linear), shapes)) for c, shapes in found]
         for _ in range(2):  # the weights follow the size of each joint's residual
-            done = fit(bench, p, names, weight, limits)
-            weight = joint_weight(bench.residual(done.p), bench.effort)
-        return Explanation(found, done, weight, bench.residual(done.p), self.judge.residual(done.p))
+            p, state = self._settled(found, p, state, weight)
+            weight = joint_weight(self._residual(self.laws, found, p, state), self.bench.reference)
+        training, design = self._residual(self.laws, found, p, state), self._design(self.laws, found, p, state)
+        last = fit_linear(design * weight[:, None], training * weight)
+        names = [*self.own, *(c.parameter(s) for c, _ in found for s in (*c.linear, *c.shapes))]
+        done = Fit(tuple(names), p, last)
+        return Explanation(
+            found, done, tuple(state), weight, design, training, self._residual(self.judged, found, p, state)
+        )
+
+    def residual(self, laws: Laws, of: Explanation) -> Array:
+        """(K, n) of another recording, or the same in another band."""
+        return self._residual(laws, of.found, of.fit.p, of.fitted)
+
+    def design(self, laws: Laws, of: Explanation) -> Array:
+        """(K, n, k) columns of all that was fitted, on another recording, or on the same in another band."""
+        return self._design(laws, of.found, of.fit.p, of.fitted)
+
+    def _settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
+        """Shape parameters by Gauss-Newton around the fit of all others, which is cheap."""
+        p, state, loss = self._linear(found, p, state, weight)
+        count = sum(len(c.shapes) for c, _ in found)
+        for _ in range(SHAPE_STEPS if count else 0):
+            design = self._design(self.laws, found, p, state)
+            residual = self._residual(self.laws, found, p, state)
+            step = solve_linear(design * weight[:, None], residual * weight)
+            for scale in (1.0, 0.25, 0.0625):
+                moved = [
+                    Fitted(f.coefficients, self._moved(self.laws.ends(c), scanned, f.shapes, scale * change))
+                    for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
+                ]
+                trial_p, trial, lower = self._linear(found, p, moved, weight)
+                if lower < loss:
+                    break
+            else:
+                break
+            fall, p, state, loss = loss - lower, trial_p, trial, lower
+            if fall <= SETTLED * loss:
+                break
+        return p, state
+
+    @staticmethod
+    def _moved(
+        ends: Sequence[tuple[float, float]], scanned: tuple[float, ...], shapes: tuple[float, ...], step: Array
+    ) -> tuple[float, ...]:
+        return tuple(
+            float(np.clip(value + change, max(middle / SHAPE_ROOM, low), min(middle * SHAPE_ROOM, high)))
+            for (low, high), middle, value, change in zip(ends, scanned, shapes, step, strict=True)
+        )
+
+    def _shape_part(self, found: Found, step: Array) -> list[Array]:
+        """Of a step of everything, in the order of the design, the shapes of each effect found."""
+        at, parts = len(self.own), []
+        for candidate, _ in found:
+            at += len(candidate.linear)
+            parts.append(step[at : at + len(candidate.shapes)])
+            at += len(candidate.shapes)
+        return parts
+
+    def _linear(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted], float]:
+        """Everything but the shapes, fitted: also the loss that is left."""
+        limits = bounds(self.robot)
+        names = [c.parameter(s) for c, _ in found for s in c.linear]
+        for candidate, _ in found:
+            limits |= candidate_bounds(candidate)
+        added = self._added(self.laws, found, state)
+        start = np.array([value for f in state for value in f.coefficients])
+        p, coefficients = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread)
+        done, at = [], 0
+        for f in state:
+            count = len(f.coefficients)
+            done.append(Fitted(tuple(float(x) for x in coefficients[at : at + count]), f.shapes))
+            at += count
+        return p, done, float(np.sum((self._residual(self.laws, found, p, done) * weight) ** 2))
+
+    def _added(self, laws: Laws, found: Found, state: Sequence[Fitted]) -> Array:
+        """(K, n, e) columns of the linear parameters of all effects found."""
+        parts = [laws.spread(c, laws.columns(c, f.shapes)) for (c, _), f in zip(found, state, strict=True)]
+        return np.concatenate([np.zeros((*laws.bench.effort.shape, 0)), *parts], axis=2)
+
+    def _residual(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
+        coefficients = np.array([value for f in state for value in f.coefficients])
+        own = laws.bench.fitted(p, self.own)[0]
+        return np.asarray(own - self._added(laws, found, state) @ coefficients)
+
+    def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
+        """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
+        parts = [laws.bench.fitted(p, self.own)[1]]
+        for (candidate, _), f in zip(found, state, strict=True):
+            parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes)))
+            parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes)))
+        return np.concatenate(parts, axis=2)
 
     def errors(self, of: Explanation) -> Errors:
         """Relative errors of the effort."""
-        return Errors(relative_error(of.training, self.bench.effort), relative_error(of.heldout, self.judge.effort))
+        return Errors(
+            relative_error(of.training, self.bench.reference), relative_error(of.heldout, self.judge.reference)
+        )
 
     def earns(self, before: Explanation, after: Explanation) -> bool:
         """Held-out error falls by more than chance, over all, and at some joint by enough to matter."""
@@ -82,15 +199,28 @@ class Case:
 
     def parameters(self, candidate: Candidate, of: Explanation) -> dict[str, Estimate]:
         """The candidate's parameters as fitted, by their names in the effect's declaration."""
-        schemas = (*candidate.linear, *((candidate.shape,) if candidate.shape is not None else ()))
+        fitted = next(f for (c, _), f in zip(of.found, of.fitted, strict=True) if c is candidate)
+        values = candidate.values(fitted.coefficients, fitted.shapes)
+        told = {s.name: of.fit.standard_error(candidate.parameter(s)) for s in (*candidate.linear, *candidate.shapes)}
+        for schema, ratio in zip(candidate.shapes, fitted.shapes, strict=True):
+            if schema.relative_to is not None:
+                told[schema.name] = self._error_of_product(candidate, schema, ratio, values[schema.relative_to], of)
         return {
-            schema.name: Estimate(
-                float(of.fit.p[self.bench.index[candidate.parameter(schema)]]),
-                of.fit.standard_error(candidate.parameter(schema)),
-                candidate.unit(schema),
-            )
-            for schema in schemas
+            schema.name: Estimate(values[schema.name], told[schema.name], candidate.unit(schema))
+            for schema in (*candidate.linear, *candidate.shapes)
         }
+
+    @staticmethod
+    def _error_of_product(
+        candidate: Candidate, schema: ParameterSchema, ratio: float, scale: float, of: Explanation
+    ) -> float | None:
+        """Standard error of a ratio times what it is relative to, by their joint covariance."""
+        (base,) = (s for s in candidate.linear if s.name == schema.relative_to)
+        at = [of.fit.names.index(candidate.parameter(s)) for s in (schema, base)]
+        if not np.all(of.fit.last.identifiable[at]):
+            return None
+        slope = np.array([scale, ratio])
+        return float(np.sqrt(max(slope @ of.fit.last.covariance[np.ix_(at, at)] @ slope, 0.0)))
 
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
         """Whether any of its parameters can be told from the value at which it vanishes."""
@@ -113,10 +243,16 @@ class Case:
         }
 
 
-def own_parameters(robot: Robot, bench: Workbench) -> list[str]:
-    """The model's own parameters that inverse dynamics depends on in this recording."""
-    values = bench.kernel.values
-    return [name for name in fitted_parameters(robot) if np.any(bench.columns(values, [name]))]
+def own_parameters(robot: Robot, bench: Workbench) -> tuple[str, ...]:
+    """The model's own parameters that inverse dynamics depends on in this recording.
+
+    Without any effort nothing tells how heavy the machine is: masses and their centres are taken as given.
+    """
+    names = fitted_parameters(robot, scaled=bool(np.any(bench.effort)))
+    if not names:
+        return ()
+    moving = np.any(bench.columns(bench.kernel.values, names), axis=(0, 1))
+    return tuple(name for name, moves in zip(names, moving, strict=True) if moves)
 
 
 def heldout_gain(before: Explanation, after: Explanation) -> tuple[float, float]:
@@ -126,7 +262,7 @@ def heldout_gain(before: Explanation, after: Explanation) -> tuple[float, float]
 
 def joint_errors(residual: Array, bench: Workbench) -> Array:
     """(n,) relative error per joint."""
-    return np.array([relative_error(residual[:, [j]], bench.effort[:, [j]]) for j in range(residual.shape[1])])
+    return np.array([relative_error(residual[:, [j]], bench.reference[:, [j]]) for j in range(residual.shape[1])])
 
 
 def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:

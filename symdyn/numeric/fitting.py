@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from symdyn.base.errors import NumericalError, Problem
+from symdyn.base import errors
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.fold import Folded, Plain, Problem
 from symdyn.numeric.regression import LinearFit, fit_linear, solve_bounded
 from symdyn.numeric.workbench import Workbench
 
@@ -18,6 +20,7 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 50
 SETTLED = 1e-7  # relative fall of the loss below which a fit has settled
 CREEPING = 1e-4  # a fall that small after all iterations: a valley which the recording does not tell from its floor
+EVALUATIONS = 200  # of a trust region, after which it may be creeping, too
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,73 +49,122 @@ def fit(bench: Workbench, p: Array, names: Sequence[str], weight: Array, bounds:
 
     Raises NumericalError (SD612) if the iteration does not settle.
     """
-    p = p.copy()
     if not names:
-        empty = LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool))
-        return Fit((), p, empty)
-    where = [bench.index[name] for name in names]
-    size = _sizes(p[where])
-    limits = bounds or {}
-    lower = np.array([limits.get(name, (-np.inf, np.inf))[0] for name in names])
-    upper = np.array([limits.get(name, (-np.inf, np.inf))[1] for name in names])
-    previous = _loss(bench.residual(p), weight)
+        return Fit((), p.copy(), LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool)))
+    none = np.zeros((*bench.effort.shape, 0))
+    p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {})
+    last = fit_linear(bench.columns(p, names) * weight[:, None], bench.residual(p) * weight)
+    return Fit(tuple(names), p, last)
+
+
+def minimise(
+    bench: Workbench,
+    p: Array,
+    names: Sequence[str],
+    added: Array,
+    start: Array,
+    added_names: Sequence[str],
+    weight: Array,
+    bounds: Bounds,
+    spread: float = np.inf,
+) -> tuple[Array, Array]:
+    """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
+
+    ``spread``: standard deviation, as a share of their values, that the kernel's own parameters are thought to
+    have in the model as given. Wide as it is, it decides along directions that a recording hardly tells.
+    """
+    size = len(p)
+    where = [*(bench.index[name] for name in names), *range(size, size + len(start))]
+    x0 = np.concatenate([p, start])
+    if not where:
+        return p.copy(), start.copy()
+    wanted = [bounds.get(name, (-np.inf, np.inf)) for name in (*names, *added_names)]
+    limits = np.array([b[0] for b in wanted]), np.array([b[1] for b in wanted])
+    given = bench.kernel.values
+    held = np.delete(p != given, where[: len(names)]).any()  # a span is about the kernel's own values
+    problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
+    given = given[where[: len(names)]]
+    pull = np.concatenate([1.0 / (spread * _sizes(given)), np.zeros(len(start))])
+    thought = np.concatenate([given, start])
+    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)
+    return x[:size], x[size:]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Weighted:
+    """A problem with its weights, and with a pull of each number towards where it is thought to be."""
+
+    problem: Problem
+    x: Array  # everything, also what is not fitted
+    where: Sequence[int]
+    weight: Array
+    thought: Array
+    pull: Array  # one over the standard deviation that it is thought to have; 0: nothing is thought of it
+
+    def at(self, part: Array) -> Array:
+        moved = self.x.copy()
+        moved[self.where] = part
+        return moved
+
+    def residual(self, part: Array) -> Array:
+        seen = (self.problem.residual(self.at(part)) * self.weight).ravel()
+        return np.concatenate([seen, self.pull * (self.thought - part)])
+
+    def columns(self, part: Array) -> Array:
+        seen = (self.problem.columns(self.at(part)) * self.weight[:, None]).reshape(-1, len(part))
+        return np.concatenate([seen, np.diag(self.pull)])
+
+    def slope(self, part: Array) -> Array:
+        return -self.columns(part)
+
+    def loss(self, part: Array) -> float:
+        return float(np.sum(self.residual(part) ** 2))
+
+
+def _minimise(problem: _Weighted, limits: tuple[Array, Array]) -> Array:
+    part = problem.x[problem.where]
+    size, previous = _sizes(part), problem.loss(part)
     for _ in range(MAX_ITERATIONS):
-        columns, target = bench.columns(p, names) * weight[:, None], bench.residual(p) * weight
-        step = solve_bounded(columns, target, size, lower - p[where], upper - p[where])
-        p, loss = _line_search(bench, p, where, step, weight, previous)
+        columns, target = problem.columns(part)[:, None], problem.residual(part)[:, None]
+        step = solve_bounded(columns, target, size, limits[0] - part, limits[1] - part)
+        part, loss = _line_search(problem, part, step, previous)
         fall, previous = previous - loss, loss
         if fall <= SETTLED * previous:
             break
     else:
         if fall > CREEPING * previous:
-            p = _trust_region(bench, p, names, where, weight, size, (lower, upper))
-    last = fit_linear(bench.columns(p, names) * weight[:, None], bench.residual(p) * weight)
-    return Fit(tuple(names), p, last)
+            part = _trust_region(problem, part, size, limits)
+    return problem.at(part)
 
 
-def _trust_region(
-    bench: Workbench,
-    p: Array,
-    names: Sequence[str],
-    where: Sequence[int],
-    weight: Array,
-    size: Array,
-    limits: tuple[Array, Array],
-) -> Array:
+def _trust_region(problem: _Weighted, part: Array, size: Array, limits: tuple[Array, Array]) -> Array:
     """What Gauss-Newton does not settle: parameters that appear as products, in a model that lacks something."""
-
-    def at(x: Array) -> Array:
-        moved = p.copy()
-        moved[where] = x
-        return moved
-
-    def residual(x: Array) -> Array:
-        return (bench.residual(at(x)) * weight).ravel()
-
-    def jacobian(x: Array) -> Array:
-        return -(bench.columns(at(x), names) * weight[:, None]).reshape(-1, len(names))
-
-    start = np.clip(p[where], *limits)
-    solution = optimize.least_squares(residual, start, jac=jacobian, bounds=limits, x_scale=size, ftol=SETTLED)
-    if not solution.success:
-        message = f"the fit of {', '.join(names)} did not settle: {solution.message}"
-        raise NumericalError(Problem("SD612", message))
-    return at(solution.x)
+    start = np.clip(part, *limits)
+    solution = optimize.least_squares(
+        problem.residual,
+        start,
+        jac=problem.slope,
+        bounds=limits,
+        x_scale=size,
+        ftol=SETTLED,
+        max_nfev=EVALUATIONS,
+    )
+    if not solution.success and 2.0 * solution.cost > problem.loss(start):
+        message = f"the fit of {len(part)} parameters did not settle: {solution.message}"
+        raise NumericalError(errors.Problem("SD612", message))
+    return np.asarray(solution.x)
 
 
-def _line_search(
-    bench: Workbench, p: Array, where: Sequence[int], step: Array, weight: Array, previous: float
-) -> tuple[Array, float]:
+def _line_search(problem: _Weighted, part: Array, step: Array, previous: float) -> tuple[Array, float]:
     """The longest of the step's halvings that does not raise the loss; none at all when none does."""
     scale = 1.0
     while scale > 1e-4:
-        trial = p.copy()
-        trial[where] += scale * step
-        loss = _loss(bench.residual(trial), weight)
+        trial = part + scale * step
+        loss = problem.loss(trial)
         if loss <= previous:
             return trial, loss
         scale /= 2.0
-    return p, previous
+    return part, previous
 
 
 def _sizes(values: Array) -> Array:
@@ -133,7 +185,3 @@ def relative_error(residual: Array, effort: Array) -> float:
     power = np.sum(effort**2, axis=0)
     share = np.divide(np.sum(residual**2, axis=0), power, out=np.zeros_like(power), where=power > 0)
     return float(np.sqrt(np.mean(share)))
-
-
-def _loss(residual: Array, weight: Array) -> float:
-    return float(np.sum((residual * weight) ** 2))

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.conditions import Condition
+from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.regression import RANK_TOLERANCE
-from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
@@ -20,20 +20,25 @@ RIDGE = 1e-3  # of the usual weight of a cell
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """The model as fitted: all parameters ``p``, the ``names`` of those that were, ``weight`` (n,) of each joint."""
+    """Columns (K, n, k) of what was fitted, on training and on held-out data, and the ``weight`` (n,) of each joint."""
 
-    p: Array
-    names: Sequence[str]
+    training: Array
+    heldout: Array
     weight: Array
     joints: Sequence[str]
+
+
+def fitted_of(case: Case, of: Explanation) -> Fitted:
+    """Everything that an explanation fitted: the model's own parameters, and those of the effects found."""
+    return Fitted(of.design, case.design(case.judged, of), of.weight, case.joints)
 
 
 class FreeForm:
     """Makes the columns of a condition's cells, less what the model's own parameters make of them."""
 
-    def __init__(self, bench: Workbench, judge: Workbench, fitted: Fitted) -> None:
+    def __init__(self, fitted: Fitted) -> None:
         self._training, self._heldout = (
-            w.columns(fitted.p, fitted.names) * fitted.weight[:, None] for w in (bench, judge)
+            columns * fitted.weight[:, None] for columns in (fitted.training, fitted.heldout)
         )
         flat = self._training.reshape(-1, self._training.shape[2])
         size = np.linalg.norm(flat, axis=0)

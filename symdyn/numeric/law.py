@@ -24,12 +24,9 @@ def refuted(case: Case, of: Explanation, remaining: Remaining) -> list[str]:
     if not remaining.structured or remaining.variable is None:
         return []
     labels = []
-    for candidate, shape in of.found:
-        joint = case.joints.index(candidate.place.address)
-        named = None if candidate.shape is None or shape is None else (candidate.parameter(candidate.shape), shape)
-        names = [candidate.parameter(schema) for schema in candidate.linear]
-        values = np.array([of.fit.p[case.bench.index[name]] for name in names])
-        force = (case.bench.effect_columns(names, named) @ values)[:, joint]
+    for (candidate, _), fitted in zip(of.found, of.fitted, strict=True):
+        joint = case.laws.joint(candidate)
+        force = case.laws.columns(candidate, fitted.shapes) @ np.array(fitted.coefficients)
         if f"{_variable(case, joint, force)} of {candidate.place.address}" == remaining.variable:
             labels.append(candidate.label)
     return labels

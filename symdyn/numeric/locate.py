@@ -51,7 +51,7 @@ def located(
     joints and conditions tried. What a condition tells is taken out before the next. Structure that
     follows no condition, but is slow where noise would be even, is told by its frequencies.
     """
-    form = FreeForm(bench, judge, fitted)
+    form = FreeForm(fitted)
     joints = fitted.joints
     count = independent_samples(judge)
     loads = (

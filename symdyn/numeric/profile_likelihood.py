@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 CONFIDENCE = 0.95
 SPAN = 100.0  # a side that is still open this many times the value away (or that many standard errors) is open
 POINTS = 8  # of the curve, on each side
-ACCURACY = 1e-3  # of an end of the interval, of its distance from the estimate
+BEYOND = 1.3  # times the distance of an end: how far the curve is drawn
+ACCURACY = 2e-3  # of an end of the interval, of its distance from the estimate
 FIRST = 0.01  # of the value: the first step where no standard error tells one
 
 
@@ -88,7 +89,7 @@ def profile(fitted: Fitted, name: str, bounds: Mapping[str, tuple[float, float]]
 
 
 class _Walk:
-    """Refits with one parameter held; each starts from the nearest that was done before."""
+    """Refits with one parameter held; each starts from the nearest one that lies between it and the estimate."""
 
     def __init__(self, fitted: Fitted, name: str, bounds: Mapping[str, tuple[float, float]]) -> None:
         self.fitted, self.name, self.bounds = fitted, name, bounds
@@ -103,8 +104,9 @@ class _Walk:
     def rise(self, value: float) -> float:
         """Fall of 2 log L from the best fit to the best with the parameter at this value."""
         if value not in self.done:
-            nearest = min(self.done, key=lambda other: abs(other - value))
-            p = self.done[nearest].copy()
+            between = [v for v in self.done if min(v, value) >= self.estimate or max(v, value) <= self.estimate]
+            inner = [v for v in between if abs(v - self.estimate) <= abs(value - self.estimate)]
+            p = self.done[min(inner, key=lambda v: abs(v - value))].copy()
             p[self.at] = value
             with suppress(NumericalError):  # it creeps along a valley: what it started from is a bound of it
                 p = fit(self.bench, p, self.others, self.weight, self.bounds).p
@@ -136,8 +138,10 @@ class _Walk:
         if not np.any(left):
             return 1.0
         found = fit_linear(left.reshape(own.shape), self.bench.residual(p) * self.weight)
+        count = len(own)
+        others = max(count - 1, 1) / max(count - len(self.fitted.fit.names), 1)  # the others were fitted, too
         white = self._white_variance() / float(left @ left)
-        return max(float(found.covariance[0, 0]) / white, 1e-12)
+        return max(float(found.covariance[0, 0]) * others / white, 1e-12)
 
 
 def _side(walk: _Walk, sign: float, threshold: float, limit: float) -> tuple[float | None, list[tuple[float, float]]]:
@@ -153,9 +157,12 @@ def _side(walk: _Walk, sign: float, threshold: float, limit: float) -> tuple[flo
         inside, outside = outside, min(2.0 * outside, room)
     end = None
     if risen >= threshold:
-        distance = optimize.brentq(
-            lambda d: walk.rise(walk.estimate + sign * d) - threshold, inside, outside, xtol=ACCURACY * outside
-        )
-        end, outside = walk.estimate + sign * float(distance), 1.4 * float(distance)
+
+        def above(distance: float) -> float:
+            # A parabola's root; behind a wall (another parameter at its bound) heights mean nothing.
+            return math.sqrt(min(walk.rise(walk.estimate + sign * distance), 4.0 * threshold)) - math.sqrt(threshold)
+
+        distance = float(optimize.brentq(above, inside, outside, xtol=ACCURACY * outside))
+        end, outside = walk.estimate + sign * distance, BEYOND * distance
     values = [walk.estimate + sign * d for d in np.linspace(0.0, min(outside, room), POINTS + 1)[1:]]
     return end, [(float(value), walk.rise(float(value))) for value in values]

@@ -51,11 +51,12 @@ def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, uppe
     triangle = _triangle(scaled, target)
     # A whisper of a pull to zero keeps what the data do not tell in place.
     whisper = RANK_TOLERANCE * np.linalg.norm(scaled) * np.eye(k)
-    found = optimize.lsq_linear(
-        np.vstack([triangle[:k, :k], whisper]),
-        np.concatenate([triangle[:k, k], np.zeros(k)]),
-        bounds=(lower / size, upper / size),
-    )
+    design = np.vstack([triangle[:k, :k], whisper])
+    target = np.concatenate([triangle[:k, k], np.zeros(k)])
+    limits = (lower / size, upper / size)
+    found = optimize.lsq_linear(design, target, bounds=limits, method="bvls")  # few bounds bind: quick, and exact
+    if not found.success:
+        found = optimize.lsq_linear(design, target, bounds=limits)
     return np.asarray(found.x * size)
 
 
@@ -103,11 +104,12 @@ def long_run_covariance(scores: Array) -> Array:
     centred = scores - scores.mean(axis=0)
     lags = int(np.ceil(4.0 * (count / 100.0) ** (2.0 / 9.0)))  # Newey and West's own rule
     lags = max(lags, _correlation_length(centred))
-    total = centred.T @ centred / count
-    for lag in range(1, min(lags, count - 1) + 1):
-        part = centred[lag:].T @ centred[:-lag] / count
-        total += (1.0 - lag / (lags + 1.0)) * (part + part.T)
-    return np.asarray(total)
+    weight = np.maximum(1.0 - np.arange(count) / (lags + 1.0), 0.0)
+    # The weighted sum of all lagged products at once: convolution theorem, padded so that nothing wraps around.
+    spectrum = np.fft.rfft(centred, 2 * count, axis=0)
+    window = np.fft.rfft(np.concatenate([weight, [0.0], weight[:0:-1]])).real
+    window[1:-1] *= 2.0  # of a real sequence, half the spectrum is kept
+    return np.asarray((spectrum.conj().T @ (window[:, None] * spectrum)).real / (2.0 * count * count))
 
 
 def _correlation_length(scores: Array) -> int:

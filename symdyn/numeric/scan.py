@@ -1,34 +1,89 @@
-"""Search of shape parameters: characteristic speeds and angle orders, found and not given."""
+"""Search of shape parameters: characteristic speeds, distances and angle orders, found and not given."""
 
 from __future__ import annotations
+
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import Scan
 
 Array = NDArray[np.float64]
 
 SPEEDS = 24  # grid points over the speeds that occur
-HIGHEST_ORDER = 64  # waves per turn; gears with more teeth need a finer encoder than most
+DISTANCES = 16  # over the distances that are travelled
+SHORTEST = 1e-3  # of the travel: less is not told from a jump
 WAVES = 2.0  # that the travel must hold: what does not repeat cannot be called periodic
-STEPS_PER_TURN = 2  # orders between the integers are tried where the travel can tell them apart
+FINENESS = 2.0  # orders tried per one that the travel can tell from its neighbours
+MANY = 50_000  # orders at most: a joint that only trembles would allow no end of them
+PEAKS = 6  # orders of a periodogram that are looked at closely
 
 
-def grid(candidate: Candidate, joint: int, observation: Observation, cutoff: float) -> Array:
-    """Values of the shape parameter to try; one dummy value for effects without any."""
-    if candidate.shape is None:
-        return np.ones(1)
-    speed = np.abs(observation.qd[:, joint])
-    if candidate.shape.scan is Scan.SPEED:
-        top = float(np.quantile(speed, 0.99))
-        return np.geomspace(top / 200.0, top, SPEEDS) if top > 0 else np.ones(1)
-    # An order whose ripple passes faster than the band edge at half the usual speed cannot be seen.
-    usual = float(np.median(speed))
-    highest = min(HIGHEST_ORDER, 2.0 * np.pi * cutoff / max(usual / 2.0, 1e-9))
-    travel = float(np.ptp(observation.q[:, joint])) / (2.0 * np.pi)
-    finest = 1.0 if travel < 1.0 else 1.0 / STEPS_PER_TURN
+def grid(candidate: Candidate, joint: int, bench: Workbench) -> list[tuple[float, ...]]:
+    """Values of the shape parameters to try; one empty tuple for effects without any."""
+    seen = bench.observation
+    axes = []
+    for schema in candidate.shapes:
+        if schema.scan is Scan.SPEED:
+            top = float(np.quantile(np.abs(seen.qd[:, joint]), 0.99))
+            values = np.geomspace(top / 200.0, top, SPEEDS) if top > 0 else np.ones(1)
+        elif schema.scan is Scan.ANGLE_ORDER:
+            values = orders(seen, joint, bench.edge)
+        else:
+            travel = max(float(np.ptp(seen.q[:, joint])), 1e-12)
+            values = np.geomspace(SHORTEST * travel, 0.5 * travel, DISTANCES)
+            values = 1.0 / values[::-1] if schema.scan is Scan.STEEPNESS else values
+        axes.append([float(v) for v in values])
+    return list(product(*axes))
+
+
+def orders(seen: Observation, joint: int, edge: float) -> Array:
+    """Waves per turn that a recording can show: from two waves in the travel to what passes below the band's edge
+    at half of the samples. They are as fine as the travel can tell apart.
+    """
+    usual = float(np.median(np.abs(seen.qd[:, joint])))
+    highest = 2.0 * np.pi * edge / max(usual, 1e-9)
+    # Two readings of the encoder, at least, for each wave.
+    steps = np.abs(np.diff(seen.q[:, joint]))
+    moving = steps[steps > 0]
+    if len(moving):
+        highest = min(highest, np.pi / max(float(np.median(moving)), 1e-12))
+    travel = float(np.ptp(seen.q[:, joint])) / (2.0 * np.pi)
     lowest = max(1.0, WAVES / max(travel, 1e-9))
-    return np.arange(np.ceil(lowest), max(highest, lowest + 1.0), finest)
+    step = 1.0 / (FINENESS * max(travel, 1.0 / FINENESS))
+    return np.arange(np.ceil(lowest), min(max(highest, lowest + 1.0), lowest + MANY * step), step)
+
+
+def periodogram(left: Array, angle: Array, speed: Array, tried: Array, edge: float) -> Array:
+    """Power of ``left`` (K,) at each order of the angle (K,) in ``tried``, per sample that shows it.
+
+    A sample counts where the order passes more slowly than the band's edge.
+    """
+    power = np.empty(len(tried))
+    for i, order in enumerate(tried):
+        slow = order * np.abs(speed) < 2.0 * np.pi * edge
+        wave = np.exp(-1j * order * angle[slow])
+        power[i] = np.abs(np.sum(left[slow] * wave)) ** 2 / max(int(slow.sum()), 1)
+    return power
+
+
+def screened(
+    candidate: Candidate, values: list[tuple[float, ...]], left: Array, joint: int, bench: Workbench
+) -> list[tuple[float, ...]]:
+    """Of many orders of an angle, those at the peaks of a periodogram of ``left`` (K,); everything of other scans."""
+    if [s.scan for s in candidate.shapes] != [Scan.ANGLE_ORDER]:
+        return values
+    angle, speed = (bench.bring(a[:, [joint]])[:, 0] for a in (bench.observation.q, bench.observation.qd))
+    power = periodogram(left, angle, speed, np.array([v[0] for v in values]), bench.edge)
+    return [values[i] for i in peaks(power)]
+
+
+def peaks(power: Array) -> list[int]:
+    """The highest local maxima, best first."""
+    padded = np.concatenate([[-np.inf], power, [-np.inf]])
+    top = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
+    return [int(i) for i in top[np.argsort(-power[top], kind="stable")][:PEAKS]]

@@ -10,23 +10,25 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.regression import RANK_TOLERANCE, encompassing, solve_linear
-from symdyn.numeric.scan import grid
-from symdyn.numeric.workbench import Workbench
+from symdyn.numeric.laws import Laws
+from symdyn.numeric.regression import RANK_TOLERANCE, encompassing
+from symdyn.numeric.scan import grid, screened
 
 Array = NDArray[np.float64]
 
 FOLDS = 8  # contiguous blocks, so that a block's neighbours do not give it away
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
+EARNS = 0.03  # an effect that takes less than this part off the error is not worth a line in a model
 SAME = 1e-3  # part of a law that another one must leave for the two to differ; noise hides less
+SEEN = 1e-10  # of a direction's power: a fold that holds all but this much of it holds it alone
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
-    """One candidate, tried: its best shape value and its cross-validated errors."""
+    """One candidate, tried: its best shape values and its cross-validated errors."""
 
     candidate: Candidate
-    shape: float | None
+    shapes: tuple[float, ...]
     tests: int  # how many shape values were tried
     estimate: Array  # of its linear parameters, all training data
     errors: Array  # (K, n), weighted
@@ -47,75 +49,123 @@ class Trial:
 
 
 class Search:
-    """Tries candidates on top of a current explanation, linearised at its parameters."""
+    """Tries candidates on top of a current explanation, linearised at its parameters.
 
-    def __init__(self, bench: Workbench, p: Array, names: Sequence[str], weight: Array, joints: Sequence[str]) -> None:
-        self.bench, self.p, self.weight = bench, p, weight
-        self.joints = tuple(joints)
-        self.target = bench.residual(p) * weight
-        self.base = bench.columns(p, names) * weight[:, None] if names else np.zeros((*self.target.shape, 0))
-        flat = self.base.reshape(-1, self.base.shape[2])
+    ``residual`` (K, n) and ``design`` (K, n, k) are those of the explanation, ``weight`` is (n,). The design is
+    made orthonormal once; a candidate then costs products with its few columns, and leaving a block
+    out is a small matrix less that block's share.
+    """
+
+    def __init__(self, laws: Laws, residual: Array, design: Array, weight: Array) -> None:
+        self.laws, self.weight = laws, weight
+        self.target = residual * weight
+        count, n = self.target.shape
+        self._blocks = [slice(int(b[0]), int(b[-1]) + 1) for b in np.array_split(np.arange(count), FOLDS) if len(b)]
+        flat = (design * weight[:, None]).reshape(count * n, -1)
         u, size, _ = np.linalg.svd(flat / (np.linalg.norm(flat, axis=0) + 1e-300), full_matrices=False)
-        self._basis = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
-        left = self.target.reshape(-1)
-        self._left = left - self._basis @ (self._basis.T @ left)
-        self.errors = self._cross_validated(self.base)
+        basis = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
+        self._basis = basis.reshape(count, n, -1)
+        self._left = (self.target.reshape(-1) - basis @ (basis.T @ self.target.reshape(-1))).reshape(count, n)
+        self._shares = [self._gram(self._basis[b], self._basis[b]) for b in self._blocks]
+        self.errors = self._cross_validated(np.zeros((count, n, 0)))
 
     def trial(self, candidate: Candidate) -> Trial:
-        """The candidate at the best value of its shape parameter."""
-        joint = self.joints.index(candidate.place.address)
-        band = self.bench.band
-        cutoff = band.cutoff if band else 0.4 * self.bench.observation.rate
-        values = grid(candidate, joint, self.bench.observation, cutoff)
-        shape, tests = None, len(values)
-        if candidate.shape is not None:
-            shape = self._best_shape(candidate, values)
-        design = np.concatenate([self.base, self._columns(candidate, shape)], axis=2)
-        estimate = solve_linear(design, self.target)[self.base.shape[2] :]
-        errors = self._cross_validated(design)
+        """The candidate at the best values of its shape parameters."""
+        values = grid(candidate, self.laws.joint(candidate), self.laws.bench)
+        shapes = self._best_shapes(candidate, values) if candidate.shapes else ()
+        columns = self._columns(candidate, shapes)
+        estimate = self._solve(columns, self.laws.joint(candidate))
+        errors = self._cross_validated(self._orthonormal(columns, self.laws.joint(candidate)))
         gain, p_value = encompassing(self.errors, errors)
-        return Trial(candidate, shape, tests, estimate, errors, gain, p_value)
+        return Trial(candidate, shapes, len(values), estimate, errors, gain, p_value)
 
     def contains(self, larger: Trial, smaller: Trial) -> bool:
         """Whether one candidate's law is the other's with more freedom, on this recording."""
         if larger.candidate.size <= smaller.candidate.size:
             return False
-        wide, narrow = (self._columns(t.candidate, t.shape).reshape(len(self._left), -1) for t in (larger, smaller))
-        space = np.concatenate([self._basis, wide], axis=1)
-        left = narrow - space @ np.linalg.lstsq(space, narrow, rcond=RANK_TOLERANCE)[0]
-        return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * np.linalg.norm(narrow, axis=0)))
+        wide, narrow = (
+            self._apart(self._columns(t.candidate, t.shapes), self.laws.joint(t.candidate)) for t in (larger, smaller)
+        )
+        wide, narrow = wide.reshape(-1, wide.shape[2]), narrow.reshape(-1, narrow.shape[2])
+        left = narrow - wide @ np.linalg.lstsq(wide, narrow, rcond=RANK_TOLERANCE)[0]
+        size = np.linalg.norm(self._columns(smaller.candidate, smaller.shapes), axis=0)
+        return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * size))
 
-    def _best_shape(self, candidate: Candidate, values: Array) -> float:
-        losses = np.array([self._training_loss(candidate, value) for value in values])
-        best = int(np.argmin(losses))
-        low, high = values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]
-        if high <= low:
-            return float(values[best])
-        found = optimize.minimize_scalar(
-            lambda value: self._training_loss(candidate, value), bounds=(low, high), method="bounded",
-            options={"xatol": 1e-3 * float(high - low)},
-        )  # fmt: skip
-        return float(found.x) if found.fun < losses[best] else float(values[best])
+    def _best_shapes(self, candidate: Candidate, values: list[tuple[float, ...]]) -> tuple[float, ...]:
+        """The best of the grid, then the best between its neighbours, one parameter after the other."""
+        joint = self.laws.joint(candidate)
+        tried = screened(candidate, values, self._left[:, joint], joint, self.laws.bench)
+        losses = [self._training_loss(candidate, value) for value in tried]
+        best, lowest = tried[int(np.argmin(losses))], min(losses)
+        for i in range(len(best)):
+            axis = sorted({value[i] for value in values})
+            at = axis.index(best[i]) if best[i] in axis else 0
+            low, high = axis[max(at - 1, 0)], axis[min(at + 1, len(axis) - 1)]
+            if high <= low:
+                continue
 
-    def _training_loss(self, candidate: Candidate, shape: float) -> float:
-        """Loss on all training data; the current explanation has been projected out beforehand."""
-        columns = self._columns(candidate, shape).reshape(len(self._left), -1)
-        columns = columns - self._basis @ (self._basis.T @ columns)
-        solution, *_ = np.linalg.lstsq(columns, self._left, rcond=1e-9)
-        return float(np.sum((self._left - columns @ solution) ** 2))
+            def loss(value: float, i: int = i, best: tuple[float, ...] = best) -> float:
+                return self._training_loss(candidate, (*best[:i], float(value), *best[i + 1 :]))
 
-    def _columns(self, candidate: Candidate, shape: float | None) -> Array:
-        named = None if candidate.shape is None or shape is None else (candidate.parameter(candidate.shape), shape)
-        names = [candidate.parameter(schema) for schema in candidate.linear]
-        return self.bench.effect_columns(names, named) * self.weight[:, None]
+            found = optimize.minimize_scalar(
+                loss, bounds=(low, high), method="bounded", options={"xatol": 1e-3 * float(high - low)}
+            )
+            if found.fun < lowest:
+                best, lowest = (*best[:i], float(found.x), *best[i + 1 :]), float(found.fun)
+        return best
 
-    def _cross_validated(self, design: Array) -> Array:
-        """(K, n) errors of each sample under the fit to the other blocks."""
+    def _training_loss(self, candidate: Candidate, shapes: tuple[float, ...]) -> float:
+        """Loss on all training data less that of the current explanation: what the columns take off it."""
+        columns = self._columns(candidate, shapes)
+        joint = self.laws.joint(candidate)
+        return -float(np.sum((self._orthonormal(columns, joint) * self._left[:, :, None]).sum(axis=(0, 1)) ** 2))
+
+    def _columns(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
+        """(K, k) weighted, at the candidate's joint."""
+        return np.asarray(self.laws.columns(candidate, shapes) * self.weight[self.laws.joint(candidate)])
+
+    def _apart(self, columns: Array, joint: int) -> Array:
+        """(K, n, k) what the current explanation does not hold of columns (K, k) at a joint."""
+        apart = -(self._basis @ (self._basis[:, joint].T @ columns))
+        apart[:, joint] += columns
+        return np.asarray(apart)
+
+    def _orthonormal(self, columns: Array, joint: int) -> Array:
+        """(K, n, r) an orthonormal basis of that."""
+        apart = self._apart(columns, joint)
+        flat = apart.reshape(-1, apart.shape[2])
+        size = np.linalg.norm(columns, axis=0) + 1e-300
+        vectors, values, _ = np.linalg.svd(flat / size, full_matrices=False)
+        return np.asarray(vectors[:, values > RANK_TOLERANCE].reshape(*apart.shape[:2], -1))
+
+    def _solve(self, columns: Array, joint: int) -> Array:
+        apart = self._apart(columns, joint)
+        flat = apart.reshape(-1, apart.shape[2])
+        size = np.linalg.norm(columns, axis=0) + 1e-300
+        return np.asarray(np.linalg.lstsq(flat / size, self._left.reshape(-1), rcond=RANK_TOLERANCE)[0] / size)
+
+    @staticmethod
+    def _gram(a: Array, b: Array) -> Array:
+        return np.asarray(np.tensordot(a, b, axes=((0, 1), (0, 1))))
+
+    def _cross_validated(self, added: Array) -> Array:
+        """(K, n) errors of each sample under the fit to the other blocks; ``added`` is orthonormal to the design.
+
+        Of an orthonormal whole, all blocks but one have the identity less that block's own products.
+        """
         errors = np.empty_like(self.target)
-        for block in np.array_split(np.arange(len(self.target)), FOLDS):
-            rest = np.setdiff1d(np.arange(len(self.target)), block)
-            estimate = solve_linear(design[rest], self.target[rest])
-            errors[block] = self.target[block] - design[block] @ estimate
+        target = self.target[:, :, None]
+        total = np.concatenate([self._gram(self._basis, target), self._gram(added, target)])[:, 0]
+        for block, share in zip(self._blocks, self._shares, strict=True):
+            base, more, aim = self._basis[block], added[block], target[block]
+            across = self._gram(base, more)
+            own = np.block([[share, across], [across.T, self._gram(more, more)]])
+            sums = total - np.concatenate([self._gram(base, aim), self._gram(more, aim)])[:, 0]
+            values, vectors = np.linalg.eigh(np.eye(len(own)) - own)
+            kept = values > SEEN
+            estimate = vectors[:, kept] @ ((vectors[:, kept].T @ sums) / values[kept])
+            split = base.shape[2]
+            errors[block] = self.target[block] - base @ estimate[:split] - more @ estimate[split:]
         return errors
 
 
@@ -125,7 +175,7 @@ def rank(
     """Trials that earn their place at significance ``level`` (Bonferroni over all that was tried).
 
     Returns (earning, best first; inadmissible ones that would have earned it). Explanations that
-    cannot be told from the best (``TIE``) are ordered by how few numbers they bring.
+    cannot be told from the best (``TIE``), or nearly do as well, are ordered by how few numbers they bring.
     """
     trials = []
     for candidate in proposed:
@@ -137,7 +187,20 @@ def rank(
     earning = sorted((t for t in earning if t.admissible), key=lambda t: t.loss)
     if earning:
         best = earning[0]
-        tied = [t for t in earning if t is best or encompassing(t.errors, best.errors)[1] > TIE]
+        tied = [t for t in earning if t is best or _tied(search, t, best, level)]
         tied.sort(key=lambda t: (t.candidate.size, t.loss))
         earning = tied + [t for t in earning if t not in tied]
     return earning, refused
+
+
+def _tied(search: Search, trial: Trial, best: Trial, level: float) -> bool:
+    """Whether the best cannot be told from a trial, or, at its place, takes too little off the error to matter.
+
+    What the best one has beyond another that it contains must earn its place like any finding.
+    """
+    if trial.candidate.place == best.candidate.place:
+        joint = search.laws.joint(best.candidate)
+        sizes = [float(np.sum(t.errors[:, joint] ** 2)) for t in (trial, best)]
+        if sizes[1] > (1.0 - EARNS) ** 2 * sizes[0]:
+            return True
+    return encompassing(trial.errors, best.errors)[1] > (level if search.contains(best, trial) else TIE)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import BadRecording, Problem
 from symdyn.numeric.explanation import LEVEL, Case, Explanation
-from symdyn.numeric.free_form import Fitted, FreeForm
+from symdyn.numeric.free_form import FreeForm, fitted_of
 from symdyn.numeric.regression import encompassing, fit_linear
 from symdyn.numeric.workbench import Workbench
 
@@ -44,9 +44,8 @@ def effort_skew(case: Case, of: Explanation) -> Skew:
 
     Effort that is late by d misses -d times its own derivative, to first order.
     """
-    fitted = Fitted(of.fit.p, of.fit.names, of.weight, case.joints)
     training, heldout = (_derivative(w) * of.weight for w in (case.bench, case.judge))
-    columns = FreeForm(case.bench, case.judge, fitted).forces(-training, -heldout)
+    columns = FreeForm(fitted_of(case, of)).forces(-training, -heldout)
     target, before = of.training * of.weight, of.heldout * of.weight
     found = fit_linear(columns.training, target)
     delay = float(found.estimate[0])
@@ -68,7 +67,12 @@ def check_skew(case: Case, given: Explanation, final: Explanation) -> Skew | Non
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
             hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
             raise BadRecording(Problem("SD529", message, hint=hint))
-    left = effort_skew(case, final)
+    return skew_left(case, final)
+
+
+def skew_left(case: Case, of: Explanation) -> Skew | None:
+    """The skew that would tell a part worth naming of what an explanation leaves, if there is one."""
+    left = effort_skew(case, of)
     return left if _certain(case, left) and left.share > SOME else None
 
 

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 
 REST = 3.0  # standard deviations of a speed's own noise: a slower joint has no direction that could be told
 TOUCHED = 0.02  # weight of standing samples in the analysis band's filter from which a sample counts as standing
+JUMP = 1e-6  # of the largest effort: a smaller difference between the two directions is no dry friction
 BARELY = 1e-9  # of the top speed: enough for a direction, nothing else
 
 
@@ -32,12 +33,12 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
         for direction in (-slow, slow):
             speed = o.qd.copy()
             speed[resting[:, j], j] = direction
-            required = bench.kernel.inverse_dynamics_p_batch(o.q, speed, o.qdd, p)
-            ends.append(bench.bring(o.tau - required)[:, j])
+            ends.append(bench.bring(bench.raw_residual(p, speed))[:, j])
         low, high = np.minimum(*ends), np.maximum(*ends)
         touched = bench.bring(resting[:, [j]].astype(float))[:, 0] > TOUCHED
         distance = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
-        residual[touched, j] = np.where((high > low)[touched], distance[touched], residual[touched, j])
+        dry = touched & (high - low > JUMP * float(np.max(np.abs(bench.reference[:, j]), initial=0.0)))
+        residual[dry, j] = distance[dry]
     return residual
 
 

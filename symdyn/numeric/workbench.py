@@ -1,4 +1,4 @@
-"""Residuals and regressors of one augmented robot on one recording, brought to the analysis band."""
+"""Residuals and regressors of one robot on one recording, brought to the analysis band."""
 
 from __future__ import annotations
 
@@ -9,26 +9,53 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import Band
+from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.span import Span, find_span
 
 Array = NDArray[np.float64]
 
 
 class Workbench:
-    """Evaluates the kernel on a recording; parameter vectors are those of the augmented robot."""
+    """Evaluates the kernel on a recording; parameter vectors are those of its robot."""
 
     def __init__(self, kernel: Kernel, observation: Observation, band: Band | None = None) -> None:
         self.kernel, self.observation, self.band = kernel, observation, band
         self.index = {name: i for i, name in enumerate(kernel.parameters)}
         o = observation
-        self._motion = tuple(np.ascontiguousarray(a) for a in (o.q, o.qd, o.qdd))
+        whole = np.ascontiguousarray
+        self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
         self.effort = self.bring(o.tau)
-        self._effects: dict[tuple[tuple[str, ...], tuple[str, float] | None], Array] = {}
+        self.reference = self._reference()  # (K, n) what errors are compared with
+        self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
+        self._spans: dict[tuple[str, ...], tuple[Span, Array]] = {}
+        self._at_start: Array | None = None
 
-    def raw_residual(self, p: Array) -> Array:
-        """(N, n) measured effort less inverse dynamics, over the full band."""
-        required: Array = self.kernel.inverse_dynamics_p_batch(*self._motion, p)
-        return self.observation.tau - required
+    def foldable(self, names: Sequence[str]) -> bool:
+        """Whether these parameters enter by a sum of fixed columns: no hidden states, no characteristic speeds."""
+        return bool(names) and not self._remembers and self.span(names)[0].exact
+
+    def _reference(self) -> Array:
+        """The measured effort; where none acts, on a passive joint, what the model gives its inertia to do."""
+        idle = ~np.any(self.effort, axis=0)
+        if not np.any(idle):
+            return self.effort
+        q, _, qdd = self._motion
+        rest, p = np.zeros_like(q), self.kernel.values
+        inertial = self.kernel.inverse_dynamics_p_batch(q, rest, qdd, p)
+        inertial = inertial - self.kernel.inverse_dynamics_p_batch(q, rest, rest, p)
+        return np.where(idle, self.bring(inertial), self.effort)
+
+    def raw_residual(self, p: Array, speed: Array | None = None) -> Array:
+        """(N, n) measured effort less inverse dynamics, over the full band; ``speed`` (N, n) instead of the measured.
+
+        Hidden states follow from the measured motion; what they exert counts as required effort.
+        """
+        o, (q, qd, qdd) = self.observation, self._motion
+        required: Array = self.kernel.inverse_dynamics_p_batch(q, qd if speed is None else speed, qdd, p)
+        if self._remembers:
+            required = required - remembered(self.kernel, o.q, o.qd, o.time, o.segments, p)
+        return o.tau - required
 
     def residual(self, p: Array) -> Array:
         """(K, n) the same in the analysis band."""
@@ -39,25 +66,28 @@ class Workbench:
         jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
         return self.bring(np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]]))
 
-    def effect_columns(self, names: Sequence[str], shape: tuple[str, float] | None) -> Array:
-        """(K, n, k) the columns of an effect's linear parameters, its ``shape`` parameter set to a value.
+    def span(self, names: Sequence[str]) -> tuple[Span, Array]:
+        """The fixed columns (K, n, r), in the analysis band, of which inverse dynamics is a sum."""
+        key = tuple(names)
+        if key not in self._spans:
+            span = find_span(self.kernel, key, self.index, self._motion)
+            raw = np.empty((*self._motion[0].shape, len(span.sources)))
+            for point, p in enumerate(span.points):
+                mine = [i for i, (of, _) in enumerate(span.sources) if of == point]
+                if mine:
+                    jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
+                    raw[:, :, mine] = jacobian[:, :, [self.index[key[span.sources[i][1]]] for i in mine]]
+            self._spans[key] = span, self.bring(raw)
+        return self._spans[key]
 
-        An effect is linear in them and knows no other parameter, so that differences of two
-        evaluations are exact, and columns once made serve every later step.
-        """
-        key = (tuple(names), shape)
-        if key not in self._effects:
-            p = self.kernel.values
-            if shape is not None:
-                p[self.index[shape[0]]] = shape[1]
-            base = self.kernel.inverse_dynamics_p_batch(*self._motion, p)
-            columns = []
-            for name in names:
-                unit = p.copy()
-                unit[self.index[name]] += 1.0
-                columns.append(self.bring(self.kernel.inverse_dynamics_p_batch(*self._motion, unit) - base))
-            self._effects[key] = np.stack(columns, axis=2)
-        return self._effects[key]
+    def fitted(self, p: Array, names: Sequence[str]) -> tuple[Array, Array]:
+        """(residual (K, n), columns (K, n, k)) at a ``p`` that differs from the kernel's in ``names`` alone."""
+        if not self.foldable(names):
+            return self.residual(p), self.columns(p, names)
+        span, fixed = self.span(names)
+        if self._at_start is None:
+            self._at_start = self.residual(span.start)
+        return self._at_start - fixed @ span.coefficients(p), fixed @ span.slopes(p, names, self.index)
 
     def bring(self, values: Array) -> Array:
         """(N, ...) to (K, ...): into the analysis band, if there is one."""
@@ -68,3 +98,8 @@ class Workbench:
         """Samples per period of the band's edge."""
         rate = self.observation.rate
         return 2.0 if self.band is None else rate / (self.band.stride * self.band.cutoff)
+
+    @property
+    def edge(self) -> float:
+        """Of the analysis band, in Hz."""
+        return self.band.cutoff if self.band else 0.4 * self.observation.rate

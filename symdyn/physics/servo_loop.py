@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import sympy as sp
 
 from symdyn.physics.effect import MOVING, Effect, HiddenState, Port, Rate, Unit, Update, Values, same_unit
 from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.records import Motion
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 
-SAMPLING = (
-    ParameterSchema(
-        "period", same_unit("s"), "T_s", "time between samples, 0: continuous", None, 0.0, default=0.0,
-        zero_is_structural=True,
-    ),
-    ParameterSchema(
-        "delay", same_unit("s"), r"T_{\mathrm{c}}", "time from a sample to its output", None, 0.0, default=0.0,
-        zero_is_structural=True,
-    ),
-)  # fmt: skip
+
+def sampling(seconds: Mapping[Motion, str]) -> tuple[ParameterSchema, ParameterSchema]:
+    """Period and delay of a loop, with their unit by the motion of its place."""
+    return (
+        ParameterSchema(
+            "period", seconds, "T_s", "time between samples, 0: continuous", None, 0.0, default=0.0,
+            zero_is_structural=True,
+        ),
+        ParameterSchema(
+            "delay", seconds, r"T_{\mathrm{c}}", "time from a sample to its output", None, 0.0, default=0.0,
+            zero_is_structural=True,
+        ),
+    )  # fmt: skip
+
+
+SAMPLING = sampling(same_unit("s"))
 
 
 class ServoLoop(Effect):

@@ -15,6 +15,8 @@ class Scan(StrEnum):
     NONE = "none"
     SPEED = "speed"  # a characteristic speed: over the speeds that the recording holds
     ANGLE_ORDER = "angle_order"  # waves per revolution (or per metre times 2 pi)
+    DISPLACEMENT = "displacement"  # a distance: up to that which the recording travels
+    STEEPNESS = "steepness"  # one over a distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class ParameterSchema:
     zero_is_structural: bool = False  # a zero removes a state: it is no parameter, and no parameter may become zero
     is_count: bool = False  # a whole number that decides the structure, and is no parameter either
     scan: Scan = Scan.NONE
+    relative_to: str | None = None  # the scan is of the ratio to that parameter, which scales the effect as a whole
 
 
 @dataclass(frozen=True, slots=True)

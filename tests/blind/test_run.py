@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 from benchmarks.blind.__main__ import chosen, main
-from benchmarks.blind.cases import all_cases
+from benchmarks.blind.cases import all_cases, recordings
 from benchmarks.blind.plot import confusion_svg
-from benchmarks.blind.run import Setting, read_records, run_all
+from benchmarks.blind.run import Setting, kept, run_all
 from benchmarks.blind.summary import confusion, scored
 from benchmarks.blind.tool import DIAGNOSE, ask
+from symdyn.numeric.executor import Executor
 
 FAKE = """
 import json, os, sys
@@ -27,14 +28,14 @@ def command(script: str) -> tuple[str, ...]:
     return (sys.executable, "-c", script, "{model}", "{training}", "--holdout", "{heldout}")
 
 
-def test_the_tool_sees_the_model_and_two_recordings_alone(tmp_path: Path) -> None:
+def test_the_tool_sees_the_model_and_two_recordings_alone() -> None:
     (case,) = chosen([], [], [], [CASE])
-    run_all([case], tmp_path, Setting(command(FAKE), False, 60.0), 1, lambda _: None)
-    (record,) = read_records(tmp_path)
+    (record,) = run_all([case], Setting(command(FAKE), False, 60.0), Executor(), lambda _: None)
     seen = record["answer"]["files"]
     assert set(seen) == {"model.toml", "a.csv", "b.csv"}
     assert record["answer"]["arguments"] == ["model.toml", "a.csv", "--holdout", "b.csv"]
     assert all("coulomb" not in text for text in seen.values())
+    assert (seen["a.csv"], seen["b.csv"]) == recordings(case)  # drawn from the name of the case alone
     assert seen["a.csv"] != seen["b.csv"]
     assert seen["a.csv"].splitlines()[0] == "t,x1,y1,x2,y2"
     assert len(seen["a.csv"].splitlines()) == 1 + 20 * 500
@@ -44,14 +45,19 @@ def test_the_tool_sees_the_model_and_two_recordings_alone(tmp_path: Path) -> Non
 def test_a_run_goes_on_where_it_was(tmp_path: Path) -> None:
     cases = chosen(["two-link"], ["high"], ["null"], [])[:2]
     setting, told = Setting(command(FAKE), False, 60.0), []
-    run_all(cases[:1], tmp_path, setting, 1, told.append)
-    before = next(tmp_path.iterdir()).stat().st_mtime_ns
-    run_all(cases, tmp_path, setting, 1, told.append)
-    assert (tmp_path / f"{cases[0].id}.json").stat().st_mtime_ns == before
-    assert "2 cases, 1 of them on disk" in told
-    assert {record["id"] for record in read_records(tmp_path)} == {case.id for case in cases}
-    before = confusion_svg(confusion(scored(read_records(tmp_path))))
-    assert before == confusion_svg(confusion(scored(read_records(tmp_path))))
+    executor = Executor(store=tmp_path)
+    run_all(cases[:1], setting, executor, told.append)
+    (first,) = tmp_path.iterdir()
+    before = first.stat().st_mtime_ns
+    records = run_all(cases, setting, executor, told.append)
+    assert first.stat().st_mtime_ns == before
+    assert "step 1 of 2 cases" in told
+    assert [record["id"] for record in records] == [case.id for case in cases]
+    assert kept(cases, setting, tmp_path) == sorted(records, key=lambda record: record["id"])
+    assert kept(cases[:1], setting, tmp_path) == records[:1]
+    assert kept(cases, Setting(("other",), False, 60.0), tmp_path) == []
+    plot = confusion_svg(confusion(scored(records)))
+    assert plot == confusion_svg(confusion(scored(records)))
 
 
 def test_a_tool_that_fails_or_hangs_is_no_answer() -> None:
@@ -74,10 +80,9 @@ def test_the_command_line_lists_and_reports(tmp_path: Path, capsys: pytest.Captu
 
 
 @pytest.mark.slow
-def test_symdyn_names_coulomb_friction_on_a_plant_it_cannot_see(tmp_path: Path) -> None:
+def test_symdyn_names_coulomb_friction_on_a_plant_it_cannot_see() -> None:
     (case,) = chosen([], [], [], [CASE])
-    run_all([case], tmp_path, Setting(DIAGNOSE, True, 600.0), 1, lambda _: None)
-    (one,) = scored(read_records(tmp_path))
+    (one,) = scored(run_all([case], Setting(DIAGNOSE, True, 600.0), Executor(), lambda _: None))
     (effect,) = one.score.effects
     assert (effect.named, effect.placed) == (True, True)
     assert one.score.heldout == pytest.approx(1.0, abs=0.1)

@@ -12,7 +12,7 @@ from benchmarks.blind.summary import Scored, Share, confusion, kinds
 
 
 def plant(kind: str, place: str, *forms: dict[str, dict[str, float]], **more: Any) -> dict[str, Any]:
-    return {"kind": kind, "place": place, "forms": forms, "also_at": [], "scored": None, **more}
+    return {"kind": kind, "place": place, "forms": forms, "also_at": [], "problems": [], "scored": None, **more}
 
 
 def finding(effect: str, place: str, group: tuple[str, ...] = (), **values: tuple[float, float]) -> dict[str, Any]:
@@ -133,6 +133,15 @@ def test_a_rival_is_half_an_answer() -> None:
     assert (effect.named, effect.among_rivals) == (False, True)
 
 
+def test_a_recording_refused_for_the_right_reason_is_an_answer() -> None:
+    late = plant("late_efforts", "", {"channel_skew": {"delay": 0.01}}, problems=["SD529"])
+    refused = {**answer(verdict="bad_recording"), "problems": [{"code": "SD529"}]}
+    assert score([late], refused, None, 1.0).effects[0].named
+    wrong = score([COULOMB], refused, None, 1.0)
+    assert (wrong.effects[0].named, wrong.effects[0].label, wrong.alarm) == (False, "bad_recording", True)
+    assert score([], refused, None, 1.0).alarm
+
+
 def test_wilson_intervals() -> None:
     low, high = Share(0, 200).interval
     assert low == pytest.approx(0.0, abs=1e-12)
@@ -148,14 +157,18 @@ def test_the_tables_hold_every_case() -> None:
         Scored("a", "two-link", "single", "middle", found),
         Scored("b", "two-link", "null", "middle", silent),
         Scored("c", "two-link", "unknown", "high", told),
+        Scored("d", "six-joint", "null", "low", score([], None, None, 9.0), "error: refused"),
     ]
     assert confusion(cases) == {
         ("coulomb", "coulomb_friction"): 1,
         ("nothing", "nothing"): 1,
         ("hum", "unexplained"): 1,
+        ("nothing", "no answer"): 1,
     }
     assert [(row.kind, row.named, row.count) for row in kinds(cases)] == [("coulomb", 1, 1), ("hum", 0, 1)]
     page = markdown(cases, ("tool", "{model}"))
-    assert "| name right (single and pairs) | 1/1 = 100 % (21 to 100) | - | >= 95 % |" in page
-    assert "| unknown effects told as unexplained | - | 1/1 = 100 % (21 to 100) | >= 90 % |" in page
-    assert len(facts(cases)["cases"]) == 3
+    assert "| name right (single and pairs) | - | 1/1 = 100 % (21 to 100) | - | >= 95 % |" in page
+    assert "| unknown effects told as unexplained | - | - | 1/1 = 100 % (21 to 100) | >= 90 % |" in page
+    assert "| unknown effects, told and nothing named | - | - | 1/1 = 100 % (21 to 100) |" in page
+    assert "| six-joint | error: refused | 1 |" in page
+    assert len(facts(cases)["cases"]) == 4

@@ -7,7 +7,18 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.compiler import load_robot, robot_from_text
-from symdyn.numeric.findings import Diagnosis, Errors, Estimate, Finding, Remaining, Traces, Verdict
+from symdyn.numeric.findings import (
+    Alternative,
+    Diagnosis,
+    Errors,
+    Estimate,
+    Finding,
+    Located,
+    NoiseFloor,
+    Remaining,
+    Traces,
+    Verdict,
+)
 from symdyn.numeric.fitting import relative_error
 from symdyn.spec.edit import add_effect
 from symdyn.spec.records import Robot
@@ -25,6 +36,9 @@ RIPPLE = Finding(
     heldout_after=0.0492,
     p_value=3e-12,
     rivals=(),
+    alternatives=(Alternative("linear_spring", "elbow", 0.1102),),
+    group=("elbow", "elbow.motor"),
+    evidence=412.6,
 )
 COULOMB = Finding(
     effect="coulomb_friction",
@@ -92,7 +106,9 @@ def diagnosis(robot: Robot | None = None, *findings: Finding, samples: int = 600
         band=10.4,
         training="identification.csv.gz",
         heldout="holdout.csv.gz",
-        traces=shown,
+        traces=replace(shown, noise=np.array([0.012, 0.011])),
+        located=(Located("elbow", ("elbow", "elbow.motor"), 312.4, ("angle order 11", "low speed")),),
+        noise_floor=NoiseFloor(Errors(0.031, 0.032), {"shoulder": Errors(0.021, 0.022), "elbow": Errors(0.033, 0.034)}),
     )
 
 

@@ -38,6 +38,9 @@ COMMANDS = (
     "reduce",
     "identify",
     "diagnose",
+    "experiment",
+    "profile",
+    "fleet",
     "demo",
 )
 

@@ -55,7 +55,7 @@ def test_every_command_that_takes_a_model_takes_a_chain() -> None:
             taking += 1
             for name, declared in (("base", cli.Base), ("tip", cli.Tip), ("lock_others", cli.Lock)):
                 assert parameters[name].annotation == declared, info.callback.__name__
-    assert taking == 14
+    assert taking == 17
 
 
 @pytest.mark.parametrize(

@@ -186,3 +186,14 @@ def test_of_a_rod_only_the_distance_of_its_mass_matters(rod: Path) -> None:
     assert step["alone"]["worst"] < 1e-12
     assert facts["order"] == {"full": 2, "reduced": 2}
     assert run("reduce", rod).code == 0
+
+
+def test_global_sensitivity_is_the_same_whoever_does_the_work(tmp_path: Path) -> None:
+    arguments = ("sensitivity", "irb6-axis1", "--global", "morris", "--samples", "4", "--json")
+    alone = run(*arguments)
+    spread = run(*arguments, "--jobs", "2", "--resume", tmp_path)
+    assert spread.json() == alone.json()
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    assert len(kept) >= 2  # lots of models, the same whatever the number of processes
+    assert run(*arguments, "--resume", tmp_path).json() == alone.json()
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == kept

@@ -15,10 +15,17 @@ from symdyn.derive.equations import equations_of_motion
 from symdyn.emit.latex import terms_with
 from symdyn.faces.report import render_report, write_report
 from symdyn.faces.report.plots import plots
-from symdyn.faces.report.sections import findings_table, remaining_text
+from symdyn.faces.report.sections import (
+    findings_table,
+    joints_table,
+    located_table,
+    next_experiment_text,
+    remaining_text,
+    rivals_table,
+)
 from symdyn.faces.report.series import binned_mean, runs, thinned, worst_window
 from symdyn.faces.report.specification import marked_specification
-from symdyn.numeric.findings import Estimate, Rival, Verdict
+from symdyn.numeric.findings import Estimate, NextExperiment, Rival, Verdict
 
 from .fake_diagnosis import COULOMB, RIPPLE, diagnosis, two_link, with_findings, without_findings
 
@@ -70,7 +77,7 @@ def page() -> str:
 def test_the_page_is_balanced_html(page: str) -> None:
     found = outline(page)
     assert page.startswith("<!DOCTYPE html>")
-    assert found.tags.count("svg") == 4
+    assert found.tags.count("svg") == 5
     assert found.tags.count("h1") == 1
 
 
@@ -135,8 +142,44 @@ def test_noise_that_is_left_is_called_so() -> None:
 
 def test_rivals_are_named() -> None:
     unsure = replace(RIPPLE, rivals=(Rival("linear_spring", "elbow", 0.31),))
-    table = outline(findings_table(replace(diagnosis(None, unsure), verdict=Verdict.AMBIGUOUS))).text
-    assert "linear spring at elbow p = 0.31" in table
+    told = replace(diagnosis(None, unsure), verdict=Verdict.AMBIGUOUS)
+    table = outline(rivals_table(told)).text
+    assert "torque ripple (cogging) at elbowlinear spring at elbowas wellnot told apart, p = 0.31" in table
+    assert "linear spring at elbow11 % instead of 4.9 %told apart" in table
+    assert "No motion has been designed" in next_experiment_text(told)
+
+
+def test_nothing_that_came_near_is_said() -> None:
+    assert "No other known effect came near" in rivals_table(diagnosis(None, COULOMB))
+    assert "no finding to rival" in rivals_table(without_findings(Verdict.COMPLETE))
+
+
+def test_the_next_experiment_is_told() -> None:
+    between = (("torque_ripple", "elbow"), ("linear_spring", "elbow"))
+    planned = NextExperiment(between, 38.25, "next.csv", "A slow turn of the elbow tells them apart.")
+    text = outline(next_experiment_text(replace(diagnosis(), next_experiment=planned))).text
+    assert text == (
+        "A slow turn of the elbow tells them apart. It is expected to tell torque ripple (cogging) at elbow "
+        "from linear spring at elbow by 38.2 nats. The trajectory is in next.csv."
+    )
+
+
+def test_places_come_with_their_group_and_evidence() -> None:
+    where = outline(located_table(diagnosis())).text
+    assert "elbowor elbow.motorangle order 11, low speed312 nats" in where
+    assert "413 nats" in outline(findings_table(diagnosis())).text
+    assert "shows no structure" in located_table(replace(diagnosis(), located=()))
+
+
+def test_the_noise_floor_stands_beside_the_errors() -> None:
+    table = outline(joints_table(diagnosis())).text
+    assert re.search(r"elbow.*3\.4 %", table)
+    assert "would leave 3.2 %" in remaining_text(diagnosis())
+    unknown = replace(diagnosis(), noise_floor=None)
+    assert outline(joints_table(unknown)).text.count("not known") == 3
+    assert "would leave" not in remaining_text(unknown)
+    assert "noise of the sensors" in plots(diagnosis())
+    assert "noise of the sensors" not in plots(replace(unknown, traces=replace(unknown.traces, noise=None)))
 
 
 def test_hostile_text_stays_text() -> None:
@@ -194,7 +237,7 @@ def test_a_recording_of_nothing_is_drawn() -> None:
     fine = diagnosis()
     still = np.zeros_like(fine.traces.effort)
     traces = replace(fine.traces, q=still, qd=still, effort=still, before=still, after=still)
-    assert outline(plots(replace(fine, traces=traces))).tags.count("svg") == 4
+    assert outline(plots(replace(fine, traces=traces))).tags.count("svg") == 5
 
 
 def test_plots_stay_small_for_long_recordings() -> None:

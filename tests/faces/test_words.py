@@ -9,8 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from symdyn.faces.words import VERDICT_MEANINGS, VERDICT_NAMES, percent, probability, quantity_text, verdict_sentence
-from symdyn.numeric.findings import Errors, Estimate, Rival, Verdict
+from symdyn.faces.words import (
+    VERDICT_MEANINGS,
+    VERDICT_NAMES,
+    located_words,
+    nats,
+    percent,
+    probability,
+    quantity_text,
+    verdict_sentence,
+)
+from symdyn.numeric.findings import Errors, Estimate, Located, Rival, Verdict
 
 from .fake_diagnosis import COULOMB, RIPPLE, diagnosis, without_findings
 
@@ -93,6 +102,23 @@ def test_no_findings() -> None:
         "The model misses something that follows the position of elbow, and no known effect explains it. "
         "Held-out error is 7.1 %."
     )
+
+
+def test_findings_whose_law_does_not_hold_are_only_the_nearest() -> None:
+    left = replace(diagnosis().remaining, structured=True, share=0.6, variable="position of elbow")
+    told = verdict_sentence(replace(diagnosis(), verdict=Verdict.UNEXPLAINED, remaining=left))
+    assert told.startswith(
+        "The model misses something that follows the position of elbow, which no known effect explains; "
+        "nearest is torque ripple (cogging) at elbow. Held-out error fell from "
+    )
+    assert "Part of what is left" not in told
+
+
+def test_a_place_is_told_with_its_group_and_conditions() -> None:
+    place = Located("elbow", ("elbow", "elbow.motor"), 12.0, ("speed", "reversal"))
+    assert located_words(place) == "elbow (or elbow.motor): follows speed, reversal"
+    assert located_words(replace(place, group=("elbow",), when=())) == "elbow"
+    assert [nats(x) for x in (1234.5, 99.96, 11.34, 0.5)] == ["1234", "100", "11.3", "0.5"]
 
 
 def test_every_verdict_has_words() -> None:

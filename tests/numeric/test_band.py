@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from symdyn.numeric.band import SAMPLES_PER_PERIOD, Band, analysis_band, band_of
+from symdyn.numeric.band import SAMPLES_PER_PERIOD, Band, analysis_band, band_of, sound
 from symdyn.numeric.observation import Observation
 
 Array = NDArray[np.float64]
@@ -74,6 +74,15 @@ def test_segments_do_not_reach_into_each_other() -> None:
     assert len(before) == first + len(range(2960)[50:-50:12])
     np.testing.assert_allclose(after[:first], before[:first], atol=1e-12)
     np.testing.assert_allclose(after[first:], before[first:] + 50.0, atol=1e-9)
+
+
+def test_ends_where_the_positions_filter_has_not_settled_are_left_out() -> None:
+    spoilt = wave(2.0)
+    spoilt[:30], spoilt[-30:] = 1e3, -1e3  # three periods of 50 Hz
+    band = band_of(10.0, RATE)
+    np.testing.assert_array_equal(band.bring(spoilt, seen(50.0)), band.bring(wave(2.0), seen(50.0)))
+    short = (slice(0, 4000), slice(4000, 4160))
+    assert [part.stop - part.start for part in sound(seen(5.0, short))] == [4000 - 2 * 300, 160 - 2 * 20]
 
 
 @pytest.mark.parametrize("hertz", [5.0, 12.0, 30.0])

@@ -27,6 +27,7 @@ MISSING: dict[str, tuple[Torque, Mapping[str, Mapping[str, float]]]] = {
         {"torque_ripple": {"cosine": 0.25 * np.sin(0.7), "sine": 0.25 * np.cos(0.7), "order": 9.0}},
     ),
     "drag": (lambda t, q, v, a: 0.15 * v * np.abs(v), {"quadratic_drag": {"coefficient": 0.15}}),
+    "hardening spring": (lambda t, q, v, a: 2.0 * q**3, {"hardening_spring": {"stiffness": 2.0}}),
     "friction that differs by direction": (
         lambda t, q, v, a: 0.08 * np.abs(v),
         {"asymmetric_viscous_friction": {"difference": 0.08}},

@@ -124,10 +124,13 @@ def test_diagnosis_climbs_to_the_top_of_the_ladder_by_itself(diagnosis: Diagnosi
 def test_values_found_are_the_published_ones_where_the_models_agree(diagnosis: Diagnosis) -> None:
     found = {f.effect: f.parameters for f in diagnosis.findings}
     mass, published = diagnosis.model["M"], list(PUBLISHED.values())
-    told = [mass, found["viscous_friction"]["coefficient"], found["coulomb_friction"]["level"]]
-    assert [e.value for e in told] == pytest.approx(published[:3], rel=0.02)
-    assert [e.unit for e in told] == ["kg", "N s/m", "N"]
-    for estimate in told:
+    viscous, coulomb = found["viscous_friction"]["coefficient"], found["coulomb_friction"]["level"]
+    assert [mass.value, viscous.value] == pytest.approx(published[:2], rel=0.02)
+    # Part of the sliding friction is reached over a way of half a millimetre, which the published model does not know.
+    presliding = found["dahl_friction"]["level"]
+    assert coulomb.value + presliding.value == pytest.approx(published[2], rel=0.02)
+    assert [e.unit for e in (mass, viscous, coulomb)] == ["kg", "N s/m", "N"]
+    for estimate in (mass, viscous, coulomb):
         assert estimate.se is not None
         assert 0 < estimate.se < 0.02 * estimate.value
 
@@ -135,6 +138,6 @@ def test_values_found_are_the_published_ones_where_the_models_agree(diagnosis: D
 def test_it_stops_and_says_what_is_left(diagnosis: Diagnosis) -> None:
     assert len(diagnosis.findings) <= 4
     assert diagnosis.remaining.heldout == diagnosis.after.heldout
-    # A curve over no single variable tells any of it; speed and acceleration together do: pre-sliding, probably.
-    assert diagnosis.remaining.variable == "speed of carriage and acceleration of carriage"
+    # A curve over no single variable tells any of it; where the carriage is and how it moves together do.
+    assert diagnosis.remaining.variable == "position of carriage and speed of carriage"
     assert 0.1 < diagnosis.remaining.share < 0.3

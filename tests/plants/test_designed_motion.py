@@ -8,8 +8,9 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from symdyn.compiler import robot_from_text
+from symdyn.compiler import load_robot, robot_from_text
 from symdyn.numeric.band import band_of
+from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.experiment.design import SEPARATES, design
 from symdyn.numeric.experiment.explanations import Explained, best_refit, explained
 from symdyn.numeric.experiment.limits import JointLimits, Limits
@@ -36,9 +37,9 @@ def with_effect(block: str) -> Explained:
     return explained(robot_from_text(text.replace("[recording]\n", block, 1), "model.toml"))
 
 
-def recorded(motion: Motion, seed: int) -> Recording:
-    """The plant with friction that differs by direction at the elbow."""
-    made = plant.simulate("asymmetric_viscous", "elbow", seed, DURATION, follow=(motion.q, motion.qd))
+def recorded(motion: Motion, seed: int, conceal: str = "asymmetric_viscous") -> Recording:
+    """The plant with something concealed at the elbow: friction that differs by direction."""
+    made = plant.simulate(conceal, "elbow", seed, DURATION, follow=(motion.q, motion.qd))
     channels = {}
     for number, joint in enumerate(("shoulder", "elbow"), 1):
         channels[Quantity.POSITION, joint, Side.LINK] = np.asarray(made[f"q{number}"])
@@ -78,6 +79,25 @@ def test_designed_motion_separates_and_others_do_not(monkeypatch: pytest.MonkeyP
     for seed in range(1, 4):
         point = np.random.default_rng(seed).random(family.size)
         assert abs(nats_between(pair, family.motion(point, COUNT), seed)) < 0.5 * SEPARATES
+
+
+@pytest.mark.slow
+def test_diagnosis_of_a_designed_motion_names_what_a_small_one_took_for_a_spring() -> None:
+    """Cogging over half a wave is a spring; its order is not given, and found."""
+    pair = (
+        with_effect('type = "linear_spring"\nstiffness = "2.87 N m/rad"\npreload = "0.593 N m"'),
+        with_effect('type = "torque_ripple"\ncosine = "0.2 N m"\nsine = "0.2 N m"\norder = 8'),
+    )
+    limits = Limits((JointLimits(-1.6, 0.0, 2.0, 20.0), JointLimits(-0.5, 1.2, 2.0, 20.0)))
+    found = design(pair, limits, Noise(np.full(2, 0.02), 2 * BAND), DURATION, evaluations=300)
+    assert found.separates
+    motion = Family(limits, DURATION).motion(found.point, COUNT)
+    model = load_robot(DEMO / "two-link.toml")
+    told = diagnose(model, recorded(motion, 3, "ripple"), recorded(motion, 4, "ripple"))
+    assert [(f.effect, f.place) for f in told.findings] == [("torque_ripple", "elbow")]
+    order = told.findings[0].parameters["order"]
+    assert order.se is not None
+    assert abs(order.value - 11.0) < 3 * order.se < 0.1
 
 
 def test_plant_follows_a_trajectory_file(tmp_path: Path) -> None:

@@ -13,9 +13,12 @@ from symdyn.faces.report.sections import (
     findings_table,
     headline,
     joints_table,
+    located_table,
     model_table,
+    next_experiment_text,
     provenance,
     remaining_text,
+    rivals_table,
 )
 from symdyn.faces.report.specification import marked_specification
 from symdyn.faces.words import VERDICT_MEANINGS, VERDICT_NAMES, leftover_words, verdict_words
@@ -34,7 +37,10 @@ def render_report(diagnosis: Diagnosis) -> str:
             "headline": headline(diagnosis),
             "meaning": VERDICT_MEANINGS[diagnosis.verdict],
             "caveat": leftover_words(diagnosis),
+            "located": located_table(diagnosis),
             "findings": findings_table(diagnosis),
+            "rivals": rivals_table(diagnosis),
+            "next": next_experiment_text(diagnosis),
             "joints": joints_table(diagnosis),
             "plots": plots(diagnosis),
             "equations": marked_equations(diagnosis.robot, diagnosis.diagnosed),

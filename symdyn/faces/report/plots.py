@@ -9,10 +9,11 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from symdyn.faces.report.series import amplitude_density, binned_mean, longest_run, thinned, worst_window
-from symdyn.faces.report.svg import AFTER, BEFORE, INK, inline_svg, page_style
+from symdyn.faces.report.svg import AFTER, BEFORE, INK, QUIET, inline_svg, page_style
 from symdyn.numeric.findings import Diagnosis, Traces
 from symdyn.spec.records import JointKind, Robot
 
@@ -42,6 +43,7 @@ def plots(diagnosis: Diagnosis) -> Markup:
         return Markup("\n").join(
             [
                 _over_time(traces),
+                _residual_over_time(traces),
                 _scatter(traces, "speed", traces.qd, [f"{unit}/s" for unit in units]),
                 _scatter(traces, "position", traces.q, units),
                 _spectrum(traces, diagnosis.band),
@@ -64,6 +66,22 @@ def _over_time(traces: Traces) -> Markup:
     axes[-1][0].set_xlabel("time, s", parse_math=False)
     caption = f"The {time[-1] - time[0]:.3g} s of the held-out recording in which the model as given was furthest off."
     return _figure(figure, "time", "Measured and predicted effort", caption, MEASURED)
+
+
+def _residual_over_time(traces: Traces) -> Markup:
+    both = _residuals(traces)
+    window = worst_window(traces.time, both[0] / _size(traces.effort), WINDOW)
+    time = traces.time[window]
+    figure, axes = _grid(len(traces.joints), 1)
+    for j, (ax,) in enumerate(axes):
+        ax.plot(time, both[0][window, j], color=BEFORE, linewidth=1.1, dashes=(4, 2))
+        ax.plot(time, both[1][window, j], color=AFTER, linewidth=1.1)
+        ax.set_title(traces.joints[j], parse_math=False)
+        ax.set_ylabel(f"residual, {_unit(traces.effort_units[j])}", parse_math=False)
+        ax.margins(x=0)
+    axes[-1][0].set_xlabel("time, s", parse_math=False)
+    caption = "Measured less predicted effort, over the same time."
+    return _figure(figure, "residual", "Residual over time", caption, KEY)
 
 
 def _scatter(traces: Traces, what: str, x: Array, units: Sequence[str]) -> Markup:
@@ -95,8 +113,13 @@ def _spectrum(traces: Traces, band: float) -> Markup:
         for (frequency, density), colour, dashes in ((before, BEFORE, (4, 2)), (after, AFTER, (None, None))):
             inside = frequency <= band if np.count_nonzero(frequency <= band) > 1 else slice(None)
             ax.plot(frequency[inside], np.maximum(density[inside, j], 1e-6 * peak), color=colour, dashes=dashes)
+        if traces.noise is not None and traces.noise[j] > 0.0:
+            ax.axhline(traces.noise[j], color=QUIET, linewidth=1.2, dashes=(1, 2))
         if peak > 0:
             ax.set_yscale("log")
+            low, high = ax.get_ylim()
+            if high > 20.0 * low:  # powers of ten are labels enough
+                ax.yaxis.set_minor_formatter(NullFormatter())
         ax.set_title(traces.joints[j], parse_math=False)
         ax.set_xlabel("frequency, Hz", parse_math=False)
         ax.set_ylabel(f"residual, {_unit(traces.effort_units[j])}/√Hz", parse_math=False)
@@ -104,7 +127,11 @@ def _spectrum(traces: Traces, band: float) -> Markup:
     for ax in panels[joints:]:
         ax.set_axis_off()
     caption = "Amplitude density of the residual in the analysis band (Welch)."
-    return _figure(figure, "spectrum", "Spectrum of the residual", caption, KEY)
+    key = KEY
+    if traces.noise is not None:
+        caption += " Noise: the level that the effort's sensors show at higher frequencies, where nothing moves."
+        key += Markup(' <span class="key noise">noise of the sensors</span>')
+    return _figure(figure, "spectrum", "Spectrum of the residual", caption, key)
 
 
 def _grid(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> tuple[Figure, Sequence[Sequence[Axes]]]:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from markupsafe import Markup
 
 from symdyn import __version__
 from symdyn.faces.mathml import mathml
 from symdyn.faces.report.html import LINE, bullets, facts, paragraph, quiet, table, typeset
-from symdyn.faces.words import effect_title, percent, plain_number, probability, quantity_text, with_unit
+from symdyn.faces.words import (
+    effect_title,
+    nats,
+    noise_words,
+    percent,
+    plain_number,
+    probability,
+    quantity_text,
+    with_unit,
+)
 from symdyn.numeric.findings import Diagnosis, Errors, Finding
 from symdyn.numeric.fitting import relative_error
 from symdyn.spec.records import Parameter, Robot
@@ -28,42 +37,89 @@ def findings_table(diagnosis: Diagnosis) -> Markup:
     """One row per finding, in the order in which they were made."""
     if not diagnosis.findings:
         return paragraph("No known effect lowers the held-out error by more than chance and by enough to matter.")
-    head = ("Step", "Where", "What was missing", "Parameters", "Held-out error", "Rivals")
+    head = ("Step", "Where", "What was missing", "Parameters", "Held-out error", "Evidence")
     rows = [
         (
             str(step),
-            finding.place,
+            _place(finding.place, finding.group),
             Markup('<span class="what">{}</span>').format(finding.title),
             _parameters(finding, _symbols(finding, diagnosis.diagnosed)),
-            Markup('<span class="line">{} → {}</span><br>{}').format(
-                percent(finding.heldout_before),
-                percent(finding.heldout_after),
-                quiet(probability(finding.p_value)),
+            Markup('<span class="line">{} → {}</span>').format(
+                percent(finding.heldout_before), percent(finding.heldout_after)
             ),
-            _rivals(finding),
+            Markup('<span class="line">{} nats</span><br>{}').format(
+                nats(finding.evidence), quiet(probability(finding.p_value))
+            ),
         )
         for step, finding in enumerate(diagnosis.findings, start=1)
     ]
     return table(head, rows)
 
 
+def located_table(diagnosis: Diagnosis) -> Markup:
+    """Where the model as given does not account for the recordings, and when."""
+    if not diagnosis.located:
+        return paragraph("The residual of the model as given shows no structure at any joint.")
+    rows = [
+        (_place(found.place, found.group), ", ".join(found.when), f"{nats(found.evidence)} nats")
+        for found in diagnosis.located
+    ]
+    return table(("Place", "What the mismatch follows, strongest first", "Evidence"), rows)
+
+
+def rivals_table(diagnosis: Diagnosis) -> Markup:
+    """What else could stand in each finding's place, and how it was told apart, if it was."""
+    rows = []
+    for finding in diagnosis.findings:
+        mine = f"{finding.title} at {finding.place}"
+        for rival in finding.rivals:
+            told = Markup("<b>not told apart</b>, {}").format(probability(rival.p_value))
+            rows.append((mine, f"{effect_title(rival.effect)} at {rival.place}", "as well", told))
+            mine = ""
+        for other in finding.alternatives:
+            errors = f"{percent(other.heldout)} instead of {percent(finding.heldout_after)}"
+            rows.append((mine, f"{effect_title(other.effect)} at {other.place}", errors, Markup("told apart")))
+            mine = ""
+    if not rows:
+        return paragraph("No other known effect came near." if diagnosis.findings else "There is no finding to rival.")
+    return table(("Finding", "Instead of it", "Would leave", ""), rows)
+
+
+def next_experiment_text(diagnosis: Diagnosis) -> Markup:
+    """The motion that would settle what these recordings leave open."""
+    planned = diagnosis.next_experiment
+    if planned is None and any(finding.rivals for finding in diagnosis.findings):
+        return paragraph("No motion has been designed yet that would tell the rivals apart.")
+    if planned is None and diagnosis.remaining.structured:
+        return paragraph("None was designed: no two known effects compete for what is left.")
+    if planned is None:
+        return paragraph("None is needed to tell explanations apart.")
+    between = " from ".join(f"{effect_title(effect)} at {place}" for effect, place in planned.between[:2])
+    where = f" The trajectory is in {planned.file}." if planned.file else ""
+    gain = f" It is expected to tell {between} by {nats(planned.separation)} nats."
+    return paragraph(f"{planned.why}{gain}{where}")
+
+
 def joints_table(diagnosis: Diagnosis) -> Markup:
-    """Relative errors per joint. Before: from the traces; after: as diagnosed."""
+    """Relative errors per joint, beside what noise would leave. Before: from the traces; after: as diagnosed."""
     traces = diagnosis.traces
     column = {joint: j for j, joint in enumerate(traces.joints)}
     rows = []
     for joint, errors in diagnosis.per_joint.items():
         j = [column[joint]]
         before = relative_error(traces.effort[:, j] - traces.before[:, j], traces.effort[:, j])
-        rows.append((joint, percent(before), percent(errors.heldout), percent(errors.training)))
-    rows.append(_total(diagnosis.before, diagnosis.after))
-    return table(("Joint", "Held out, before", "Held out, after", "Training, after"), rows)
+        noise = diagnosis.noise_floor.per_joint.get(joint) if diagnosis.noise_floor else None
+        rows.append((joint, percent(before), percent(errors.heldout), _noise(noise), percent(errors.training)))
+    whole = diagnosis.noise_floor.errors if diagnosis.noise_floor else None
+    rows.append(_total(diagnosis.before, diagnosis.after, whole))
+    return table(("Joint", "Held out, before", "Held out, after", "Noise floor", "Training, after"), rows)
 
 
 def remaining_text(diagnosis: Diagnosis) -> Markup:
     """What is left: how much, whether it is structured, what it follows."""
     left = diagnosis.remaining
     sentences = [f"On the held-out recording {percent(left.heldout)} of the effort stays unexplained."]
+    sentences += [noise_words(diagnosis)] if diagnosis.noise_floor else []
     follows = f"the {left.variable}" if left.variable else "the motion"
     if left.structured and left.variable is None:
         sentences.append(
@@ -146,17 +202,18 @@ def _symbols(finding: Finding, diagnosed: Robot) -> dict[str, Parameter]:
     }
 
 
-def _rivals(finding: Finding) -> Markup:
-    if not finding.rivals:
-        return quiet("none")
-    return LINE.join(
-        Markup("{} at {} {}").format(effect_title(r.effect), r.place, quiet(probability(r.p_value)))
-        for r in finding.rivals
-    )
+def _place(place: str, group: Sequence[str]) -> Markup:
+    """The place, and below it those that no recording of this kind could tell from it."""
+    others = [other for other in group if other != place]
+    return Markup("{}").format(place) + (LINE + quiet(f"or {', '.join(others)}") if others else Markup(""))
 
 
-def _total(before: Errors, after: Errors) -> tuple[str, str, str, str]:
-    return ("all", percent(before.heldout), percent(after.heldout), percent(after.training))
+def _noise(floor: Errors | None) -> str:
+    return percent(floor.heldout) if floor else "not known"
+
+
+def _total(before: Errors, after: Errors, noise: Errors | None) -> tuple[str, str, str, str, str]:
+    return ("all", percent(before.heldout), percent(after.heldout), _noise(noise), percent(after.training))
 
 
 def _symbol(parameter: Parameter | None, name: str) -> Markup:

@@ -13,7 +13,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.experiment.explanations import Explained
 from symdyn.numeric.experiment.limits import Limits, widened
 from symdyn.numeric.experiment.motions import Family, Motion
-from symdyn.numeric.experiment.searching import SAMPLES, feasible, maximised, members, pool
+from symdyn.numeric.experiment.searching import feasible, maximised, members, pool, samples
 from symdyn.numeric.experiment.separation import Noise, lost, refitted
 
 Array = NDArray[np.float64]
@@ -25,6 +25,7 @@ HONEST = 0.9  # where the full refit leaves less than this part of what a linear
 EVALUATIONS = 1200  # of a round
 SAME = 1e-6  # part of the effort: laws that differ differ by more than this on some motion
 LONGEST = 20.0  # times the duration that a longer experiment may be proposed for
+WIDENED = ("travel", "speed", "effort")
 WIDER = (4.0, 16.0)  # times the travel, speed or effort that are tried where nothing within the limits tells
 
 
@@ -44,8 +45,8 @@ class Direction:
 class Design:
     """``separation`` in nats is the lesser of the directions that are not nested; ``usual`` the median motion's.
 
-    ``wider`` is what would separate where this motion does not: "time", "travel", "speed" or "effort" times
-    ``factor``; "" where none of them would.
+    ``wider`` is what would separate where this motion does not: "time", "travel", "speed", "effort" or all
+    of them times ``factor``; "" where none would.
     """
 
     point: Array  # of the family
@@ -112,7 +113,7 @@ def design(
     nested = [bool(table[:, truth].max() <= SAME**2 * strength) for truth in (0, 1)]
     truths = [truth for truth in (0, 1) if not nested[truth]]
     if not truths:
-        motion = family.motion(points[0], SAMPLES)
+        motion = family.motion(points[0], samples(family))
         return Design(points[0], motion, 0.0, (Direction(0, 0.0, True), Direction(1, 0.0, True)), 0.0)
     least = table[:, truths].min(axis=1)
     point, motion, told = _searched(contest, points[np.argsort(-least)], truths, evaluations, seed, progress)
@@ -135,7 +136,7 @@ def _searched(
             return math.log(max(contest.least(point, truths), 1e-12))
 
         point = maximised(objective, population, evaluations, seed)
-        motion = feasible(contest.family, point, contest.pair, 2 * SAMPLES)
+        motion = feasible(contest.family, point, contest.pair, 2 * samples(contest.family))
         assert motion is not None  # the objective of such a point is the least there is, and the pool has better ones
         told, fooled = {}, False
         for truth in truths:
@@ -156,16 +157,28 @@ def _searched(
 def _what_would(
     contest: _Contest, points: Sequence[Array], truths: Sequence[int], separation: float
 ) -> tuple[str, float]:
-    """More time, if that is enough; else the one limit that, widened, gives most, if that is."""
+    """More time, if that is enough; else the one limit that, widened, gives most, or all of them, if that is."""
     if separation * LONGEST >= SEPARATES:
         return "time", SEPARATES / separation
-    for factor in WIDER:
-        gains = {}
-        for what in ("travel", "speed", "effort"):
-            family = Family(widened(contest.family.limits, what, factor), contest.family.duration)
-            wide = _Contest(contest.pair, family, contest.noise, contest.at)
-            gains[what] = max(wide.least(point, truths) for point in points)
-        best = max(gains, key=lambda what: gains[what])
-        if gains[best] >= SEPARATES:
-            return best, factor
+    for choices in ([(word,) for word in WIDENED], [WIDENED]):
+        for factor in WIDER:
+            gains = {words: _within_wider(contest, points, truths, words, factor) for words in choices}
+            best = max(gains, key=lambda words: gains[words])
+            if gains[best] >= SEPARATES:
+                return _joined(best), factor
     return "", 1.0
+
+
+def _within_wider(
+    contest: _Contest, points: Sequence[Array], truths: Sequence[int], words: Sequence[str], factor: float
+) -> float:
+    """The best of the points, with more of these."""
+    limits = contest.family.limits
+    for word in words:
+        limits = widened(limits, word, factor)
+    wide = _Contest(contest.pair, Family(limits, contest.family.duration), contest.noise, contest.at)
+    return max(wide.least(point, truths) for point in points)
+
+
+def _joined(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

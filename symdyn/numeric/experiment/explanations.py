@@ -15,7 +15,7 @@ from symdyn.numeric.candidates import Candidate, bounds, fitted_parameters
 from symdyn.numeric.experiment.motions import Motion
 from symdyn.numeric.fitting import fit
 from symdyn.numeric.regression import solve_linear
-from symdyn.numeric.scan import grid
+from symdyn.numeric.scan import grid, screened
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import Scan
@@ -102,9 +102,10 @@ def best_refit(rival: Explained, bench: Workbench, weight: Array) -> Array:
     start = rival.p
     for shape in rival.shapes:
         index = bench.index[shape.parameter]
-        searched = grid(shape.candidate, shape.joint, bench.observation, bench.observation.cutoff)
+        left = linear_refit(rival, bench, start, weight)[1][:, shape.joint]
+        searched = screened(shape.candidate, grid(shape.candidate, shape.joint, bench), left, shape.joint, bench)
         tried = [start]
-        for value in (*(rival.p[index] * np.geomspace(1.0 / NEAR, NEAR, ABOUT)), *searched):
+        for value in (*(rival.p[index] * np.geomspace(1.0 / NEAR, NEAR, ABOUT)), *(v for (v,) in searched)):
             p = start.copy()
             p[index] = value
             tried.append(linear_refit(rival, bench, p, weight)[0])
@@ -144,6 +145,6 @@ def _shapes(robot: Robot) -> tuple[Shape, ...]:
         if schema is None or value is None or effect.at not in where or len(value.factors) != 1:
             continue
         linear = tuple(p for p in declared.parameters if p.scan is Scan.NONE)
-        candidate = Candidate(effect.type, declared.title, where[effect.at], linear, schema, declared.builds_on)
+        candidate = Candidate(effect.type, declared.title, where[effect.at], linear, (schema,), declared.builds_on)
         found.append(Shape(value.factors[0][0], candidate, order.index(effect.at)))
     return tuple(found)

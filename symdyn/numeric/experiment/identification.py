@@ -13,7 +13,7 @@ from symdyn.numeric.experiment.design import EVALUATIONS
 from symdyn.numeric.experiment.explanations import Explained
 from symdyn.numeric.experiment.limits import Limits
 from symdyn.numeric.experiment.motions import Family, Motion
-from symdyn.numeric.experiment.searching import SAMPLES, feasible, maximised, members, pool
+from symdyn.numeric.experiment.searching import feasible, maximised, members, pool, samples
 from symdyn.numeric.experiment.separation import Noise
 from symdyn.numeric.regression import RANK_TOLERANCE
 
@@ -72,7 +72,7 @@ def identifying(
     best = maximised(
         lambda point: max(objective(point), -1e9), points[np.argsort(-volumes)][: members(family)], evaluations, seed
     )
-    motion, gram = feasible(family, best, (model,), 2 * SAMPLES), _information(model, family, best, noise, size)
+    motion, gram = feasible(family, best, (model,), 2 * samples(family)), _information(model, family, best, noise, size)
     assert motion is not None  # the best is no worse than the pool's best
     assert gram is not None
     spread = basis @ np.linalg.pinv(basis.T @ gram @ basis) @ basis.T

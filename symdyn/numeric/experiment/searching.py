@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 POOL = 64  # points spread over the cube: what any motion does, and where the search starts
 LEAST_MEMBERS = 16  # of the population
-SAMPLES = 500  # of a motion while it is searched
+SAMPLES, FEWER_SAMPLES = 500, 250  # of a motion while it is searched; of arms with more than two joints
 SHRINK, SHRINKINGS = 0.8, 15  # where efforts exceed their limits
 
 
@@ -28,6 +28,10 @@ def pool(family: Family, seed: int) -> Array:
 def members(family: Family) -> int:
     """Size of the population."""
     return max(LEAST_MEMBERS, min(POOL, family.size))
+
+
+def samples(family: Family) -> int:
+    return SAMPLES if len(family.limits.joints) <= 2 else FEWER_SAMPLES
 
 
 def maximised(objective: Callable[[Array], float], population: Array, evaluations: int, seed: int) -> Array:
@@ -49,11 +53,14 @@ def maximised(objective: Callable[[Array], float], population: Array, evaluation
     return np.asarray(found.x)
 
 
-def feasible(family: Family, point: Array, models: tuple[Explained, ...], count: int = SAMPLES) -> Motion | None:
-    """The point's motion, made smaller until no model needs more effort than there is; None where rest is too much."""
+def feasible(family: Family, point: Array, models: tuple[Explained, ...], count: int = 0) -> Motion | None:
+    """The point's motion, made smaller until no model needs more effort than there is; None where rest is too much.
+
+    It has ``count`` samples; 0: as many as are searched on.
+    """
     most = np.array([joint.effort for joint in family.limits.joints])
     for k in range(SHRINKINGS):
-        motion = family.motion(point, count, SHRINK**k)
+        motion = family.motion(point, count or samples(family), SHRINK**k)
         if not np.isfinite(most).any() or all(np.all(np.abs(model.effort(motion)) <= most) for model in models):
             return motion
     return None

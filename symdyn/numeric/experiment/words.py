@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.numeric.experiment.design import SEPARATES, Design
+from symdyn.numeric.experiment.design import SEPARATES, WIDER, Design
 from symdyn.numeric.experiment.identification import Identifying
 from symdyn.physics import catalogue, load_dependent
 
@@ -72,7 +72,7 @@ def _wider(found: Design, between: Between, duration: float) -> str:
         return f"the same motion would in {found.factor * duration:.2g} s"
     if found.wider:
         return f"{found.factor:.2g} times the {found.wider} would"
-    return _beyond(between)
+    return f"nor do limits {WIDER[-1]:g} times as wide; {_beyond(between)}"
 
 
 def _beyond(between: Between) -> str:

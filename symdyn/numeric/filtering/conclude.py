@@ -94,7 +94,7 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
 
 def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str, Estimate]:
     """The candidate's parameters as fitted, by their names in the effect's declaration."""
-    schemas = (*candidate.linear, *((candidate.shape,) if candidate.shape is not None else ()))
+    schemas = (*candidate.linear, *candidate.shapes)
     return {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
 
 

@@ -75,8 +75,8 @@ def with_effect(
     index = current.fit.bench.index
     for schema, value in zip(candidate.linear, start, strict=True):
         p[index[candidate.parameter(schema)]] = value
-    if candidate.shape is not None and shape is not None:
-        p[index[candidate.parameter(candidate.shape)]] = shape
+    for schema in candidate.shapes if shape is not None else ():
+        p[index[candidate.parameter(schema)]] = shape
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
     return explained(model, (*current.found, (candidate, shape)), beliefs, fit(current.fit.bench, p, beliefs))
 
@@ -84,8 +84,7 @@ def with_effect(
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
     candidate = item[0]
     p, index = current.fit.p.copy(), current.fit.bench.index
-    names = {candidate.parameter(s) for s in candidate.linear}
-    names |= {candidate.parameter(candidate.shape)} if candidate.shape is not None else set()
+    names = {candidate.parameter(s) for s in (*candidate.linear, *candidate.shapes)}
     for name in names:
         p[index[name]] = model.kernel.values[index[name]]
     beliefs = {name: belief for name, belief in current.beliefs.items() if name not in names}

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +15,11 @@ from symdyn.numeric.filtering.signals import Signals
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
-from symdyn.spec.records import Motion, PlaceKind, Robot
+from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, PlaceKind, Robot
 
 Array = NDArray[np.float64]
 
+NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
 SPEEDS = 10  # grid points over the speeds that occur
 ORDERS = 32  # waves per turn that are tried
 QUANTILES = (0.98, 0.9, 0.8, 0.65, 0.5)  # of the input's size: limits that are tried
@@ -24,7 +28,8 @@ QUANTILES = (0.98, 0.9, 0.8, 0.65, 0.5)  # of the input's size: limits that are 
 def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
     """Every proposable effect at every place with an equation or coupling of its own, where the robot lacks it.
 
-    Parameters without a value at which the effect vanishes in a continuous way are its shape, and searched.
+    Parameters without a value at which the effect vanishes in a continuous way are its shape, and searched;
+    effects with more than one are left out.
     """
     fixed = {
         f"{joint.name}.{rotor.name}"
@@ -49,9 +54,22 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
                 p.scan is Scan.ANGLE_ORDER for p in shapes
             )):  # fmt: skip
                 continue
-            shape = shapes[0] if shapes else None
-            found.append(Candidate(effect.identifier, effect.title, place, linear, shape, effect.builds_on))
+            found.append(Candidate(effect.identifier, effect.title, place, linear, tuple(shapes), effect.builds_on))
     return tuple(found)
+
+
+def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
+    """The robot with every candidate attached at its null value: one kernel serves all hypotheses."""
+    effects, parameters = list(robot.effects), list(robot.parameters)
+    for candidate in proposed:
+        values = []
+        for schema in catalogue()[candidate.effect].parameters:
+            name = candidate.parameter(schema)
+            null = 1.0 if schema.null is None else min(schema.null, NO_LIMIT)
+            parameters.append(Parameter(name, null, candidate.unit(schema), schema.latex, schema.meaning))
+            values.append((schema.name, Monomial(Fraction(1), ((name, 1),))))
+        effects.append(EffectSpec(candidate.effect, candidate.place.address, tuple(values)))
+    return replace(robot, effects=tuple(effects), parameters=tuple(parameters))
 
 
 def free_parameters(robot: Robot) -> tuple[str, ...]:
@@ -84,11 +102,12 @@ def _part_of_drive(effect: str, kind: PlaceKind) -> bool:
 
 def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
     """Values of the shape parameter to try; ``speed`` is the fastest of the place."""
-    if candidate.shape is None:
+    if not candidate.shapes:
         return np.array([np.nan])
-    if candidate.shape.scan is Scan.SPEED:
+    (shape,) = candidate.shapes
+    if shape.scan is Scan.SPEED:
         return np.geomspace(speed / 100.0, speed, SPEEDS)
-    if candidate.shape.scan is Scan.ANGLE_ORDER:
+    if shape.scan is Scan.ANGLE_ORDER:
         return np.arange(1.0, ORDERS + 1.0)
     if candidate.place.kind is PlaceKind.CIRCUIT:
         return np.asarray(np.quantile(np.abs(signals.u).max(axis=1), QUANTILES))

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.candidates import Candidate, augmented, bounds
+from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.bench import FilterBench, Noise
-from symdyn.numeric.filtering.hypotheses import free_parameters, hypotheses
+from symdyn.numeric.filtering.hypotheses import augmented, free_parameters, hypotheses
 from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
 from symdyn.numeric.filtering.places import Latent, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
@@ -149,10 +149,9 @@ def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Be
         lower = -math.inf if schema.lower is None else schema.lower
         upper = math.inf if schema.upper is None else schema.upper
         found[candidate.parameter(schema)] = Belief(lower, upper)
-    if candidate.shape is not None and shape is not None:
-        found[candidate.parameter(candidate.shape)] = Belief(
-            positive=True, centre=math.log(shape), spread=math.log(2.0)
-        )
+    if shape is not None:
+        about = Belief(positive=True, centre=math.log(shape), spread=math.log(2.0))
+        found |= {candidate.parameter(schema): about for schema in candidate.shapes}
     return found
 
 

@@ -89,8 +89,8 @@ def _at(
     if linear:
         moved = p.copy()
         for c in linear:
-            if c.shape is not None:
-                moved[bench.index[c.parameter(c.shape)]] = value
+            for schema in c.shapes:
+                moved[bench.index[c.parameter(schema)]] = value
         names = tuple(c.parameter(s) for c in linear for s in c.linear)
         done = bench.filtered(moved, names)
         columns = (-done.slopes / np.sqrt(done.variances)[:, :, None]).reshape(-1, len(names))
@@ -112,11 +112,11 @@ def _at(
                 kept = inside * length
                 gain = 0.5 * float(before @ before - np.sum((before - free @ kept) ** 2))
             estimate = inside
-            found.append(Score(c, None if c.shape is None else value, gain, estimate, tests[c.label]))
+            found.append(Score(c, value if c.shapes else None, gain, estimate, tests[c.label]))
     for c in members:
-        if not c.linear and c.shape is not None:
+        if not c.linear and c.shapes:
             moved = p.copy()
-            moved[bench.index[c.parameter(c.shape)]] = value
+            moved[[bench.index[c.parameter(schema)] for schema in c.shapes]] = value
             white = bench.filtered(moved).white.ravel()
             left = white - basis @ (basis.T @ white)
             gain = 0.5 * float(before @ before - left @ left)

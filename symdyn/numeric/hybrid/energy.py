@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.hybrid.machine import CONTACT, Machine
-from symdyn.numeric.hybrid.samples import refuse_clocks
+from symdyn.numeric.hybrid.samples import due_at, samples, updated
 from symdyn.numeric.hybrid.signals import Signal
-from symdyn.numeric.hybrid.spans import mode_of, settled, spans
-from symdyn.numeric.hybrid.trajectory import HybridTrajectory
+from symdyn.numeric.hybrid.spans import divided_at, mode_of, settled, spans
+from symdyn.numeric.hybrid.trajectory import CLOSE, HybridTrajectory
 from symdyn.numeric.hybrid.work import worker
 
 Array = NDArray[np.float64]
@@ -65,22 +65,26 @@ def energy_balance(machine: Machine, trajectory: HybridTrajectory, signals: Sequ
     where the machine is affine in every mode, to 1e-11 of the state elsewhere. At each reporting time the book
     goes on from the reported state, so that errors of the trajectory show in the residual.
 
-    Raises InputError: SD302 where the number of signals, or the states, are not the machine's; SD453 for a sampled one.
+    Raises InputError (SD302) where the number of signals, or the states, are not the machine's.
     """
-    refuse_clocks(machine, "energy book-keeping")
     kernel, module = machine.kernel, machine.kernel.module
     if len(signals) != len(kernel.inputs) or trajectory.states.shape[1] != len(kernel.states):
         raise InputError(Problem("SD302", "the trajectory, or the number of signals, is not this machine's"))
     kinds = tuple(module.SWITCH_KINDS)
     contacts = [k for k, kind in enumerate(kinds) if kind == CONTACT]
-    rows, work = len(trajectory.time), worker(machine, signals)
+    rows, work, time = len(trajectory.time), worker(machine, signals), trajectory.time
+    close = CLOSE * float(time[1] - time[0])
+    instants, sampled = samples(machine.clocks, float(time[0]), float(time[-1]), closed=True), float(time[0])
     x = np.array(trajectory.states[0])
     powers = len(module.SUPPLIED) + len(module.DISSIPATED)
     booked, lost = np.zeros((rows, powers)), np.zeros((rows, len(contacts)))
     modes = np.zeros((rows, len(kinds)))
     total, gone = np.zeros(powers), np.zeros(len(contacts))
     switches: tuple[int, ...] | None = None
-    for span in spans(trajectory, machine.switches, kinds):
+    for span in divided_at(instants[0], spans(trajectory, machine.switches, kinds), close):
+        due = due_at(instants, span.first, close)
+        if len(due) and span.first > sampled + close:
+            x, sampled = updated(machine, x, signals, span.first, due), span.first
         if span.switches != switches:
             u = np.array([signal.piece_at(span.begun).at(np.array(span.first)) for signal in signals], np.float64)
             x = settled(machine, span.switches, x, u)
@@ -93,7 +97,7 @@ def energy_balance(machine: Machine, trajectory: HybridTrajectory, signals: Sequ
         total += done
         if span.row is not None:
             booked[span.row], lost[span.row], modes[span.row] = total, gone, mode_of(span.switches)
-            x = np.array(trajectory.states[span.row])
+            x, sampled = np.array(trajectory.states[span.row]), span.last  # reported right after the sample
     stored = machine.rows("stored_energy", trajectory.states, np.ascontiguousarray(trajectory.inputs), modes)
     cut = len(module.SUPPLIED)
     return EnergyBalance(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from symdyn.base.errors import InputError, Problem
+from symdyn.emit.kernel import Kernel
 from symdyn.numeric.hybrid.affine_simulation import simulate_affine
 from symdyn.numeric.hybrid.exponential import growth_rate, legendre
 from symdyn.numeric.hybrid.linear_mode import LinearMode, by_parameters, linear_mode
@@ -34,6 +35,16 @@ class Sensitivities:
     trajectory: HybridTrajectory
     names: tuple[str, ...]
     values: Array
+
+    def table(self, kernel: Kernel) -> Mapping[str, Array]:
+        """Columns of those by parameters, for a CSV file: "time [s]", "d axis1.motor.q / d c_3 [rad/(N m/rad)]", ..."""
+        columns = {"time [s]": self.trajectory.time}
+        units = dict(zip(kernel.parameters, kernel.parameter_units, strict=True))
+        for k, name in enumerate(self.names):
+            for i, (state, unit) in enumerate(zip(kernel.states, kernel.state_units, strict=True)):
+                if name in units:
+                    columns[f"d {state} / d {name} [{unit}/({units[name]})]"] = self.values[:, i, k]
+        return columns
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,18 @@ def spans(trajectory: HybridTrajectory, names: Sequence[str], kinds: Sequence[st
             state[place[event.switch, event.kind]] = event.after
         elif what == 1:
             begun, state = time, list(trajectory.beginnings[which].switches)
+
+
+def divided_at(instants: Array, found: Iterable[Span], close: float) -> Iterator[Span]:
+    """Spans that end at the ``instants`` (M,), too, unless they do so within ``close`` already, in s."""
+    for span in found:
+        first = span.first
+        inside = slice(*np.searchsorted(instants, [span.first + close, span.last - close]))
+        for instant in instants[inside]:
+            if instant > first + close:
+                yield replace(span, first=first, last=float(instant), row=None)
+                first = float(instant)
+        yield replace(span, first=first)
 
 
 def mode_of(switches: Sequence[int]) -> Array:

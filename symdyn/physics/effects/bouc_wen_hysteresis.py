@@ -32,7 +32,7 @@ class BoucWenHysteresis(Effect):
             "exponent", same_unit("1"), "n", "sharpness of the corners", None, 1.0, 9.0, default=1.0, is_count=True
         ),
     )
-    source = "Wen 1976; normalised by Ikhouane and Rodellar 2007, Systems with Hysteresis, ch. 3"
+    source = "Wen 1976; normalised by Ikhouane and Rodellar 2007, Systems with Hysteresis"
     signature = "residual is a loop over position (at a shaft: over twist), the same at any speed"
     rivals = ("dahl_friction", "lugre_friction", "coulomb_friction")
     dissipative = True

@@ -33,7 +33,7 @@ class CounterbalanceSpring(Effect):
             "dead_centre", {Motion.ROTATIONAL: "rad"}, r"\varphi_b", "angle at which both ends are closest", null=None
         ),
     )
-    source = "Herder 2001, Energy-free Systems, ch. 3"
+    source = "Herder 2001, Energy-free Systems"
     signature = "residual a wave of the position, one per turn"
     rivals = ("unbalance", "torsion_spring")
 

@@ -18,7 +18,7 @@ from symdyn.physics.effect import (
     Rate,
     Values,
 )
-from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 
 @final
@@ -29,13 +29,22 @@ class DahlFriction(Effect):
     title = "Dahl friction"
     attaches_to = MECHANICAL
     parameters = (
-        ParameterSchema("stiffness", STIFFNESS, r"\sigma", "stiffness at a reversal", lower=0.0),
+        ParameterSchema(
+            "stiffness",
+            STIFFNESS,
+            r"\sigma",
+            "stiffness at a reversal",
+            lower=0.0,
+            scan=Scan.STEEPNESS,
+            relative_to="level",
+        ),
         ParameterSchema("level", EFFORT, "F_c", "friction force far from the last reversal", null=None, lower=1e-12),
     )
     source = "Dahl 1968, A solid friction model (exponent 1)"
     signature = "residual depends on the distance since the last reversal"
     rivals = ("coulomb_friction", "lugre_friction", "bouc_wen_hysteresis")
     dissipative = True
+    proposable = True
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
         return (HiddenState("elastic_deflection", DISPLACEMENT, "z"),)

@@ -25,6 +25,7 @@ class HardeningSpring(Effect):
     source = "Duffing 1918"
     signature = "residual odd in position, curved"
     rivals = ("linear_spring",)
+    proposable = True
 
     def potential_energy(self, port: Port, p: Values) -> sp.Expr:
         return p["stiffness"] * port.x**4 / 4

@@ -44,7 +44,7 @@ class LuGreFriction(Effect):
             "stribeck_velocity", SPEED, "v_s", "speed at which the excess has decayed to 1/e", null=None, lower=1e-12
         ),
     )
-    source = "Canudas de Wit, Olsson, Astrom, Lischinsky 1995, eq. 2-6"
+    source = "Canudas de Wit, Olsson, Astrom, Lischinsky 1995, A new model for control of systems with friction"
     signature = "residual depends on the distance since the last reversal, not on the sign of speed alone"
     rivals = ("stribeck_friction", "dahl_friction", "bouc_wen_hysteresis")
     dissipative = True

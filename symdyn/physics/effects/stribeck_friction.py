@@ -28,7 +28,7 @@ class StribeckFriction(Effect):
             scan=Scan.SPEED,
         ),
     )
-    source = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, eq. 5 (Gaussian form)"
+    source = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, section 2 (Gaussian form)"
     signature = "residual grows towards zero speed, odd in speed"
     rivals = ("coulomb_friction", "asymmetric_viscous_friction")
     dissipative = True

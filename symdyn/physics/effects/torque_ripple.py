@@ -30,7 +30,7 @@ class TorqueRipple(Effect):
             scan=Scan.ANGLE_ORDER,
         ),
     )
-    source = "Hanselman 2003, Brushless Permanent Magnet Motor Design, ch. 4"
+    source = "Hanselman 2003, Brushless Permanent Magnet Motor Design"
     signature = "residual periodic in the angle"
     proposable = True
 

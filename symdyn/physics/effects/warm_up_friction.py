@@ -26,7 +26,7 @@ class WarmUpFriction(Effect):
             "thermal_resistance", same_unit("K/W"), "R_T", "temperature per heat flow outwards", null=None, lower=1e-12
         ),
     )
-    source = "Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010, friction with load and temperature"
+    source = "Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010, An extended friction model"
     signature = "residual proportional to speed that fades over minutes of motion"
     rivals = ("viscous_friction",)
     dissipative = True

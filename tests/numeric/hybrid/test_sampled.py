@@ -7,6 +7,8 @@ from functools import partial
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from benchmarks.drive.machine import SERVO
 from symdyn.base.errors import InputError
@@ -179,13 +181,69 @@ def test_what_a_sampled_loop_cannot_be_is_refused() -> None:
         robot_from_text(loop(proportional=1.0, period=-T), "wheel.toml")
 
 
+@pytest.mark.parametrize("reports", [11, 30, 101])
+def test_the_energy_of_a_sampled_drive_is_accounted_for(reports: int) -> None:
+    """A PI loop with a delay, and friction that stops the wheel between samples; reports at samples and elsewhere."""
+    gains = {"proportional": 3.0, "integral": 20.0, "limit": 4.0, "period": T, "delay": 0.3 * T}
+    sampled = machine(
+        MOTOR + effect("speed_loop", "wheel.motor", **gains) + effect("coulomb_friction", "wheel.motor", level=0.6)
+    )
+    signals = [step(0.0, 0.15, before=2.0)]
+    trajectory = simulate_affine(sampled, np.linspace(0.0, 0.5, reports), signals)
+    assert any(e.kind == "friction" and e.after == 0 for e in trajectory.events)
+    assert energy_balance(sampled, trajectory, signals).closure < 1e-9
+
+
 def test_what_does_not_follow_samples_refuses_a_sampled_machine() -> None:
     sampled, time, signals = machine(loop(proportional=1.0, period=T)), np.linspace(0.0, 0.1, 11), [constant(1.0)]
-    trajectory = simulate_affine(sampled, time, signals)
     for what in (
-        lambda: energy_balance(sampled, trajectory, signals),
         lambda: simulate_sensitivities(sampled, time, signals, initial=True),
         lambda: simulate_batch(sampled, time, signals, starts=np.zeros((2, sampled.size))),
     ):
         with pytest.raises(InputError, match=r"SD453: .* sampled servo loops"):
             what()
+
+
+MOTOR = WHEEL.replace("inductance = 0,", "inductance = 0.01,").replace(
+    "back_emf_constant = 0 ", "back_emf_constant = 0.8 "
+)
+
+
+def test_a_cascade_of_three_loops_in_steady_state_asks_for_what_is_there() -> None:
+    """Position, speed and current, each continuous: at the reference, and no current; on the way, the equations."""
+    text = MOTOR + effect("position_loop", "wheel.motor", proportional=8.0, limit=1e6)
+    text += effect("speed_loop", "wheel.motor", proportional=2.0, limit=1e6)
+    text += effect("current_loop", "wheel.circuit", proportional=6.0, integral=900.0, scale=1.5, limit=1e6)
+    t = np.linspace(0.0, 5.0, 51)
+    states = simulate_affine(machine(text), t, [constant(1.0)]).states
+    assert np.allclose(states[-1], [1.0, 0.0, 0.0, 0.0], rtol=0.0, atol=1e-6)
+
+    def rate(_: float, z: Array) -> Array:
+        x, v, current, memory = z
+        missing = 1.5 * 2.0 * (8.0 * (1.0 - x) - v) - current
+        voltage = 6.0 * missing + 900.0 * memory
+        return np.array([v, 0.8 * current / INERTIA, (voltage - 2.0 * current - 0.8 * v) / 0.01, missing])
+
+    expected = solve_ivp(rate, (0.0, 5.0), np.zeros(4), "DOP853", t_eval=t, rtol=1e-12, atol=1e-14).y.T
+    assert np.all(np.abs(states - expected).max(axis=0) < 1e-9 * np.abs(expected).max(axis=0))
+
+
+def test_a_sampled_current_loop_holds_its_voltage() -> None:
+    """The wheel held by nothing but its inertia: between samples I and v follow two linear equations."""
+    text = MOTOR + effect("current_loop", "wheel.circuit", proportional=1.5, limit=2.5, period=T)
+    t = np.linspace(0.0, 0.2, 21)
+    states = simulate_affine(machine(text), t, [constant(2.0)]).states
+    held, transition = np.zeros(21), expm(T * np.array([[0.0, 0.8 / INERTIA, 0.0], [-80.0, -200.0, 100.0], [0.0] * 3]))
+    v = current = 0.0
+    for k in range(21):
+        held[k] = min(2.5, max(-2.5, 1.5 * (2.0 - current)))
+        assert states[k, 1:] == pytest.approx([v, current, held[k]], abs=1e-10)
+        v, current, _ = transition @ [v, current, held[k]]
+    assert held[0] == 2.5
+    assert held[-1] < 2.0
+
+
+def test_a_current_loop_around_a_motor_without_inductance_is_an_algebraic_loop() -> None:
+    robot = robot_from_text(WHEEL + effect("current_loop", "wheel.circuit", proportional=3.0, limit=9.0), "wheel.toml")
+    with pytest.raises(InputError, match=r"SD454: current_loop at 'wheel\.circuit' is an algebraic loop"):
+        compile_hybrid(robot)

@@ -1,0 +1,89 @@
+"""A probe: one joint that carries every candidate effect, whose kernel tells the law of each along any motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.emit.kernel import Kernel
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.memory import remembered
+from symdyn.numeric.observation import Observation
+from symdyn.physics import catalogue
+from symdyn.physics.effect import Effect
+from symdyn.spec.edit import add_effect
+from symdyn.spec.records import Motion, PlaceKind, Robot
+
+Array = NDArray[np.float64]
+
+JOINT = "joint"
+_TEXT = """[robot]
+name = "{name}"
+gravity = [0, 0, 0]
+
+[dh]
+rows = [{row}]
+
+[[joint]]
+name = "joint"
+link = {{ {body} }}
+"""
+_BARE = {
+    Motion.ROTATIONAL: _TEXT.format(name="probe-that-turns", row='["q", 0, 0, 0]', body="inertia = { zz = 1 }"),
+    Motion.TRANSLATIONAL: _TEXT.format(name="probe-that-slides", row='[0, "q", 0, 0]', body="mass = 1"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """An effect in the coordinates of one joint alone knows nothing of the robot around it.
+
+    So one small kernel for all robots holds their laws; it is compiled once on a machine.
+    """
+
+    kernel: Kernel
+    memory: frozenset[str]  # effects with hidden states
+    _index: Mapping[str, int] = field(repr=False)
+
+    def force(self, effect: str, values: Mapping[str, float], seen: Observation, joint: int) -> Array:
+        """(N,) effort that the joint must exert against the effect with these parameters, along the motion."""
+        plain = self.kernel.values
+        p = plain.copy()
+        for name, value in values.items():
+            p[self._index[f"{JOINT}_{effect}_{name}"]] = value
+        q, qd, qdd = (np.ascontiguousarray(a[:, [joint]]) for a in (seen.q, seen.qd, seen.qdd))
+        batch = self.kernel.inverse_dynamics_p_batch
+        required = (batch(q, qd, qdd, p) - batch(q, qd, qdd, plain))[:, 0]
+        if effect in self.memory:
+            required = required - remembered(self.kernel, q, qd, seen.time, seen.segments, p)[:, 0]
+        return np.asarray(required)
+
+
+def probes(proposed: Sequence[Candidate]) -> dict[Motion, Probe]:
+    """One for each kind of motion that occurs. All proposable effects are in it, so that it is always the same."""
+    return {motion: _probe(motion) for motion in dict.fromkeys(c.place.motion for c in proposed)}
+
+
+def _probe(motion: Motion) -> Probe:
+    robot = _loaded(motion)
+    kernel = compile_robot(robot).kernel()
+    remembering = {e.type for e in robot.effects if type(catalogue()[e.type]).rates is not Effect.rates}
+    index = {name: i for i, name in enumerate(kernel.parameters)}
+    return Probe(kernel, frozenset(remembering), index)
+
+
+def _loaded(motion: Motion) -> Robot:
+    text = _BARE[motion]
+    for effect in catalogue().values():
+        if not effect.proposable or PlaceKind.JOINT not in effect.attaches_to or motion not in effect.motions:
+            continue
+        values = {}
+        for schema in effect.parameters:
+            value = schema.default if schema.null is None else schema.null
+            values[schema.name] = f"{1.0 if value is None else value} {schema.units[motion]}".removesuffix(" 1")
+        text = add_effect(text, effect.identifier, JOINT, values)
+    return robot_from_text(text, "probe.toml")

@@ -1,0 +1,91 @@
+"""Inverse dynamics of a model as a sum of fixed columns: found numerically, so that fits need not touch samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from symdyn.emit.kernel import Kernel
+
+Array = NDArray[np.float64]
+
+STATES = 400  # of the recording, on which coefficients are found
+POINTS = 2  # of parameters beside the given ones, where columns are collected
+SPREAD = 0.5  # of those points about the given values
+EXACT = 1e-9  # relative error beyond which the sum is not the model
+SAME = 1e-9  # part of a column that the others must leave for it to count
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Span:
+    """ID(p) = ID(start) + columns . coefficients(p), exactly, for models that are linear in functions of p.
+
+    Inertial parameters enter by products (m, m c, I + m c^2), most others by themselves; the products
+    are not told by anyone: derivatives at a few parameter vectors span what they span.
+    """
+
+    kernel: Kernel
+    names: tuple[str, ...]
+    start: Array
+    sources: tuple[tuple[int, int], ...]  # of each column: parameter vector, index into names
+    points: tuple[Array, ...]
+    motion: tuple[Array, Array, Array]  # of the chosen states
+    at_start: Array  # inverse dynamics there, flat
+    inverse: Array  # (r, M n) of the columns there
+    exact: bool  # whether the sum is the model, at a parameter vector that was not used to find it
+
+    def coefficients(self, p: Array) -> Array:
+        """(r,)"""
+        return np.asarray(self.inverse @ self._change(p))
+
+    def slopes(self, p: Array, names: Sequence[str], index: dict[str, int]) -> Array:
+        """(r, k) d coefficients / d parameter."""
+        jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self.motion, p)
+        chosen = jacobian[:, :, [index[name] for name in names]]
+        return np.asarray(self.inverse @ chosen.reshape(-1, len(names)))
+
+    def _change(self, p: Array) -> Array:
+        return np.asarray(self.kernel.inverse_dynamics_p_batch(*self.motion, p).reshape(-1) - self.at_start)
+
+
+def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motion: tuple[Array, Array, Array]) -> Span:
+    """The span of a model's own parameters over a recording's ``motion`` (q, qd, qdd), each (N, n)."""
+    start = kernel.values
+    rng = np.random.default_rng(len(names))
+    rows = np.sort(rng.permutation(len(motion[0]))[:STATES])
+    chosen = (motion[0][rows], motion[1][rows], motion[2][rows])
+    where = [index[name] for name in names]
+    size = np.abs(start[where])
+    size = np.where(size > 0, size, max(float(size.max(initial=0.0)), 1.0))
+    points = [start]
+    for _ in range(POINTS):
+        moved = start.copy()
+        moved[where] += SPREAD * size * rng.uniform(-1.0, 1.0, len(where))
+        points.append(moved)
+    stacked = np.concatenate(
+        [
+            kernel.inverse_dynamics_parameter_jacobian_p_batch(*chosen, p)[:, :, where].reshape(-1, len(where))
+            for p in points
+        ],
+        axis=1,
+    )
+    length = np.linalg.norm(stacked, axis=0)
+    moving = np.flatnonzero(length > 0)
+    _, triangle, order = linalg.qr(stacked[:, moving] / length[moving], mode="economic", pivoting=True)
+    diagonal = np.abs(np.diag(triangle))
+    kept = np.sort(moving[order[: int(np.sum(diagonal > SAME * diagonal.max(initial=0.0)))]])
+    columns = stacked[:, kept]
+    scale = length[kept]
+    inverse = np.linalg.pinv(columns / scale, rcond=1e-12) / scale[:, None]
+    sources = tuple((int(i) // len(where), int(i) % len(where)) for i in kept)
+    at_start = kernel.inverse_dynamics_p_batch(*chosen, start).reshape(-1)
+    other = start.copy()
+    other[where] += SPREAD * size * rng.uniform(-1.0, 1.0, len(where))
+    change = kernel.inverse_dynamics_p_batch(*chosen, other).reshape(-1) - at_start
+    left = change - columns @ (inverse @ change)
+    exact = bool(np.linalg.norm(left) <= EXACT * np.linalg.norm(change))
+    return Span(kernel, tuple(names), start, sources, tuple(points), chosen, at_start, inverse, exact)

@@ -1,0 +1,148 @@
+"""Forward selection: cross-validation by taking shares away is that of refitting; high orders are found."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.explanation import Case
+from symdyn.numeric.findings import Verdict
+from symdyn.numeric.recording import Recording
+from symdyn.numeric.regression import solve_linear
+from symdyn.numeric.scan import peaks, periodogram
+from symdyn.numeric.search import FOLDS, Search
+from symdyn.numeric.setting import Setting, prepare
+from symdyn.spec.records import Quantity, Robot, Side
+
+from .pendulum import ANGLE_NOISE, ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, Array, pendulum, record
+
+HELDOUT = 100
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return pendulum()
+
+
+@pytest.fixture(scope="module")
+def setting(robot: Robot) -> Setting:
+    def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return 0.3 * np.sign(v) + 0.1 * np.sin(9 * q)
+
+    return prepare(robot, record(1, missing), record(1 + HELDOUT, missing), lambda _: None)
+
+
+@pytest.fixture(scope="module")
+def case(setting: Setting) -> Case:
+    return setting.case(5.0)
+
+
+def refitted(design: Array, target: Array) -> Array:
+    """Errors of each block under a fit to the others, by least squares on all rows."""
+    errors = np.empty_like(target)
+    for block in np.array_split(np.arange(len(target)), FOLDS):
+        rest = np.setdiff1d(np.arange(len(target)), block)
+        errors[block] = target[block] - design[block] @ solve_linear(design[rest], target[rest])
+    return errors
+
+
+@pytest.mark.parametrize(
+    "effect", ["coulomb_friction", "linear_spring", "stribeck_friction", "torque_ripple", "dahl_friction"]
+)
+def test_errors_of_a_trial_are_those_of_refitting(setting: Setting, case: Case, effect: str) -> None:
+    given = case.explain()
+    search = Search(case.laws, given.training, given.design, given.weight)
+    target = given.training * given.weight
+    scale = np.abs(target).max()
+    np.testing.assert_allclose(search.errors, refitted(given.design * given.weight[:, None], target), atol=1e-6 * scale)
+    (candidate,) = (c for c in setting.proposed if c.effect == effect)
+    trial = search.trial(candidate)
+    columns = case.laws.spread(candidate, case.laws.columns(candidate, trial.shapes))
+    design = np.concatenate([given.design, columns], axis=2) * given.weight[:, None]
+    np.testing.assert_allclose(trial.errors, refitted(design, target), atol=1e-5 * scale)
+    estimate = solve_linear(design, target)[-columns.shape[2] :]
+    np.testing.assert_allclose(trial.estimate, estimate, rtol=1e-5, atol=1e-8)
+
+
+def test_periodogram_peaks_at_the_order_that_is_there() -> None:
+    rng = np.random.default_rng(0)
+    angle = np.cumsum(rng.uniform(0.0, 0.01, 5000))
+    left = np.sin(37.3 * angle + 0.4) + rng.standard_normal(5000)
+    tried = np.arange(1.0, 60.0, 0.1)
+    power = periodogram(left, angle, np.ones(5000), tried, 100.0)
+    assert tried[peaks(power)[0]] == pytest.approx(37.3, abs=0.11)
+
+
+def test_ripple_of_a_high_order_is_found_where_friction_hid_it(robot: Robot) -> None:
+    """A harmonic drive has two waves per turn of its generator: an order no short grid holds."""
+
+    def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return 0.5 * np.sign(v) - 0.15 * np.sin(150 * q)
+
+    found = diagnose(robot, record(1, missing), record(1 + HELDOUT, missing))
+    assert found.verdict is Verdict.MISSING_PHYSICS
+    effects = {f.effect: f for f in found.findings}
+    assert set(effects) == {"coulomb_friction", "torque_ripple"}
+    order = effects["torque_ripple"].parameters["order"]
+    assert order.value == pytest.approx(150.0, abs=0.2)
+    amplitude = np.hypot(*(effects["torque_ripple"].parameters[name].value for name in ("sine", "cosine")))
+    assert amplitude == pytest.approx(0.15, rel=0.05)
+
+
+@pytest.mark.slow
+def test_presliding_friction_is_told_from_coulomb_friction(robot: Robot) -> None:
+    stiffness, level = 4.0, 0.4  # reached over a tenth of a radian
+
+    def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
+        force = np.zeros_like(q)
+        for k in range(len(q) - 1):  # Dahl's law, exactly, from one sample to the next
+            way = q[k + 1] - q[k]
+            end = level * np.sign(way)
+            force[k + 1] = end + (force[k] - end) * np.exp(-stiffness * abs(way) / level)
+        return force
+
+    found = diagnose(robot, record(1, missing), record(1 + HELDOUT, missing))
+    assert [f.effect for f in found.findings] == ["dahl_friction"]
+    values = found.findings[0].parameters
+    assert values["level"].value == pytest.approx(level, rel=0.02)
+    assert values["stiffness"].value == pytest.approx(stiffness, rel=0.05)
+    assert values["stiffness"].se is not None
+
+
+def swing(seed: int, level: float) -> Recording:
+    """The arm let go, with viscous friction and Coulomb friction of a level; no effort acts. Runge-Kutta, 10 kHz."""
+    rng = np.random.default_rng([seed, 2])
+    step, thin, count = 1e-4, 20, 60_000
+
+    def rate(q: float, v: float) -> float:
+        friction = VISCOUS * 0.1 * v + level * np.tanh(v / 1e-4)
+        return float(-(MASS * GRAVITY * ARM * np.cos(q) + friction) / TURNING)
+
+    q, v, angles = -0.5 - 0.3 * rng.uniform(), 0.0, []
+    for k in range(count):
+        if k % thin == 0:
+            angles.append(q)
+        a = rate(q, v)
+        middle = rate(q + 0.5 * step * v, v + 0.5 * step * a)
+        q, v = q + step * v + 0.5 * step**2 * middle, v + step * middle
+    angle = np.array(angles) + ANGLE_NOISE * rng.standard_normal(len(angles))
+    time = np.arange(len(angle)) * step * thin
+    channels = {(Quantity.POSITION, "arm", Side.LINK): angle}
+    return Recording(
+        f"swing-{seed}", time, MappingProxyType(channels), step * thin, (slice(0, len(time)),), (), "0" * 64
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", [0.0, 0.05])
+def test_a_free_swing_tells_its_friction(level: float) -> None:
+    text = TOML.replace('name = "arm"\n', 'name = "arm"\npassive = true\n')
+    text = text.replace(f'b = "{VISCOUS} N', f'b = "{0.1 * VISCOUS} N')
+    found = diagnose(pendulum(text), swing(1, level), swing(1 + HELDOUT, level))
+    assert [f.effect for f in found.findings] == (["coulomb_friction"] if level else [])
+    for finding in found.findings:
+        assert finding.parameters["level"].value == pytest.approx(level, rel=0.05)
+        assert 0 < finding.heldout_after < finding.heldout_before

@@ -1,0 +1,57 @@
+"""Models as sums of fixed columns: exact where they are, and known where they are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from symdyn.compiler import compile_robot
+from symdyn.numeric.band import band_of
+from symdyn.numeric.observation import observe
+from symdyn.numeric.workbench import Workbench
+from symdyn.spec.edit import add_effect
+
+from .pendulum import TOML, pendulum, record
+
+NAMES = ("m", "r", "I", "b")
+CUTOFF = 5.0
+
+
+def bench(text: str = TOML) -> Workbench:
+    robot = pendulum(text)
+    kernel = compile_robot(robot).kernel()
+    return Workbench(kernel, observe(robot, kernel, record(1), 5 * CUTOFF), band_of(CUTOFF, 500.0))
+
+
+def test_sum_of_columns_is_the_model_at_any_parameters() -> None:
+    own = bench()
+    assert own.foldable(NAMES)
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        p = own.kernel.values
+        p[[own.index[name] for name in NAMES]] = rng.uniform(0.01, 3.0, len(NAMES))
+        residual, columns = own.fitted(p, NAMES)
+        np.testing.assert_allclose(residual, own.residual(p), atol=1e-9 * np.abs(own.effort).max())
+        np.testing.assert_allclose(columns, own.columns(p, NAMES), atol=1e-9 * np.abs(columns).max())
+
+
+def test_four_parameters_that_are_three_numbers_need_three_columns() -> None:
+    span, columns = bench().span(NAMES)
+    assert columns.shape[2] == len(span.sources) == 3  # m r, I + m r^2, b
+
+
+def test_characteristic_speed_is_no_sum_of_columns_and_still_evaluated() -> None:
+    text = add_effect(TOML, "stribeck_friction", "arm", {"excess": "0.3 N m", "stribeck_velocity": "0.2 rad/s"})
+    own = bench(text)
+    names = (*NAMES, "arm_stribeck_friction_excess", "arm_stribeck_friction_stribeck_velocity")
+    assert not own.foldable(names)
+    p = own.kernel.values
+    residual, columns = own.fitted(p, names)
+    assert np.array_equal(residual, own.residual(p))
+    assert np.array_equal(columns, own.columns(p, names))
+
+
+@pytest.mark.parametrize("names", [(), ("b",)])
+def test_nothing_else_is_moved(names: tuple[str, ...]) -> None:
+    own = bench()
+    assert own.fitted(own.kernel.values, names)[1].shape[2] == len(names)
