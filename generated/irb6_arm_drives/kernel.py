@@ -10130,6 +10130,396 @@ def output_input_jacobian_p_soa(x, u, p):
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _output_parameter_jacobian(x, u, out, k, S, turns):
+    qd_1 = x[8 * S + k]
+    qd_5 = x[12 * S + k]
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = qd_1
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = qd_5
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian(x, u):
+    """d output / d p."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    out = np.empty(56)
+    _output_parameter_jacobian(x, u, out, 0, 1, _together)
+    return out.reshape((2, 28))
+
+
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_into(x, u, out):
+    """output_parameter_jacobian, written into an array."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    if out.size != 56:
+        raise ValueError("out must have 56 entries")
+    _output_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_packed(both):
+    """output_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 76:
+        raise ValueError("output_parameter_jacobian_packed takes 76 numbers: x, u, result")
+    _output_parameter_jacobian(both[0:18], both[18:20], both[20:], 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _output_parameter_jacobian_rows(x, u, out, first, last):
+    tile = np.zeros(2432)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:2432]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 18, 8):
+                _gather(x, 18, min(i, 10), 8, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 56, 8):
+                _scatter(out, 56, min(i, 48), 8, start + j, last - 1, out_, j)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_batch(x, u):
+    """output_parameter_jacobian of every row."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    out = np.empty(count * 56)
+    _output_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2, 28))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_batch_into(x, u, out):
+    """output_parameter_jacobian of every row, written into an array."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2, 28):
+        raise ValueError("out must have the shape (states, 2, 28)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_parameter_jacobian_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_parameter_jacobian_batch_parallel(x, u):
+    """output_parameter_jacobian of every row, on all cores."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    out = np.empty(count * 56)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2, 28))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_soa(x, u):
+    """output_parameter_jacobian of every column: structure of arrays."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 rows, a column per state")
+    if u.shape[0] != 2 or u.shape[1] != x.shape[1]:
+        raise ValueError("u must have as many columns as x, and 2 rows")
+    count = x.shape[1]
+    out = np.empty((56, count))
+    tile = np.zeros(2432)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:2432]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
+        for i in range(18):
+            line = x[i, start:start + here]
+            for j in range(here):
+                x_[32 * i + j] = line[j]
+        for i in range(2):
+            line = u[i, start:start + here]
+            for j in range(here):
+                u_[32 * i + j] = line[j]
+        for j in range(BLOCK):
+            _output_parameter_jacobian(x_, u_, out_, j, BLOCK, _apart)
+        for i in range(56):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = out_[BLOCK * i + j]
+    return out.reshape((2, 28, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _output_parameter_jacobian_p(x, u, p, out, k, S, turns):
+    qd_1 = x[8 * S + k]
+    qd_5 = x[12 * S + k]
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = qd_1
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = qd_5
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_p(x, u, p):
+    """d output / d p. Parameters from the vector p."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    out = np.empty(56)
+    _output_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
+    return out.reshape((2, 28))
+
+
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_p_into(x, u, p, out):
+    """output_parameter_jacobian_p, written into an array."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    if out.size != 56:
+        raise ValueError("out must have 56 entries")
+    _output_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_p_packed(both):
+    """output_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 104:
+        raise ValueError("output_parameter_jacobian_p_packed takes 104 numbers: x, u, p, result")
+    _output_parameter_jacobian_p(both[0:18], both[18:20], both[20:48], both[48:], 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _output_parameter_jacobian_p_rows(x, u, p, out, first, last):
+    tile = np.zeros(2432)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:2432]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 18, 8):
+                _gather(x, 18, min(i, 10), 8, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _output_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 56, 8):
+                _scatter(out, 56, min(i, 48), 8, start + j, last - 1, out_, j)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_p_batch(x, u, p):
+    """output_parameter_jacobian_p of every row."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    out = np.empty(count * 56)
+    _output_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2, 28))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_p_batch_into(x, u, p, out):
+    """output_parameter_jacobian_p of every row, written into an array."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2, 28):
+        raise ValueError("out must have the shape (states, 2, 28)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _output_parameter_jacobian_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_parameter_jacobian_p_batch_parallel(x, u, p):
+    """output_parameter_jacobian_p of every row, on all cores."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    out = np.empty(count * 56)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_parameter_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2, 28))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def output_parameter_jacobian_p_soa(x, u, p):
+    """output_parameter_jacobian_p of every column: structure of arrays."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 rows, a column per state")
+    if u.shape[0] != 2 or u.shape[1] != x.shape[1]:
+        raise ValueError("u must have as many columns as x, and 2 rows")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[1]
+    out = np.empty((56, count))
+    tile = np.zeros(2432)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:2432]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
+        for i in range(18):
+            line = x[i, start:start + here]
+            for j in range(here):
+                x_[32 * i + j] = line[j]
+        for i in range(2):
+            line = u[i, start:start + here]
+            for j in range(here):
+                u_[32 * i + j] = line[j]
+        for j in range(BLOCK):
+            _output_parameter_jacobian_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for i in range(56):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = out_[BLOCK * i + j]
+    return out.reshape((2, 28, count))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
 def _forward_kinematics(q, out, k, S, turns):
     q_4 = q[3 * S + k]
     q_8 = q[7 * S + k]
