@@ -19,7 +19,7 @@ from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Sh
 EFFECT, TITLE = "joint_compliance", "compliance of the transmission"
 SHAFT = "transmission"
 STARTS = 8  # resonances that are tried, evenly on a logarithmic scale
-FEW = 4  # rounds of a fit from each of them
+FEW = 8  # rounds of a fit from each of them
 LIGHT = 0.05  # damping ratio that a fit starts from
 WIDE = math.log(10.0)  # of the prior of what no data sheet told
 
@@ -60,8 +60,8 @@ def with_shaft(
     noise = without_latent(model, model.training)
     latent = next(x for x in model.latents if x.place == joint.name)
     bench = model.bench(model.training, noise, current.fit.bench.held)
-    power = float(natural_force(model, model.training, latent.direction) ** 2 * POWERS[2])
-    bench = bench.with_noise(with_latent(noise, latent, power))
+    powers = natural_force(model, model.training, latent.direction) ** 2 * POWERS
+    trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
     inertia = p[names[_rotor_inertia(joint)]] if _rotor_inertia(joint) in names else 1.0
     rate = 1.0 / float(np.nanmedian(model.training.steps))
     tried = []
@@ -71,7 +71,8 @@ def with_shaft(
         for name, value in ((new.stiffness, stiffness), (new.damping, LIGHT * stiffness / (math.pi * frequency))):
             trial[names[name]] = value
             beliefs[name] = Belief(positive=True, centre=math.log(value), spread=WIDE)
-        tried.append((fit(bench, trial, beliefs, most=FEW), dict(beliefs)))
+        losses = [each.filtered(trial).loss for each in trials]
+        tried.append((fit(trials[int(np.argmin(losses))], trial, beliefs, most=FEW), dict(beliefs)))
     first, beliefs = min(tried, key=lambda item: item[0].loss)
     done = fit(first.bench, first.p, beliefs)
     kept = {(c.effect, c.place.address): c for c in model.proposed}

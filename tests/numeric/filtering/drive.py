@@ -1,0 +1,121 @@
+"""A drive with hidden parts, and recordings of it by equations written here: nothing of symdyn computes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.recording import Recording, read_recording
+from symdyn.spec.records import Robot
+
+Array = NDArray[np.float64]
+
+MODEL = """
+[robot]
+name = "drive"
+gravity = [0, 0, 0]
+
+[parameters]
+R = "1.8 Ohm"
+L = "0.4 mH"
+K_T = "0.08 N m/A"
+K_E = "0.08 V s/rad"
+J_m = "7e-5 kg m^2"
+J_l = "4e-4 kg m^2"
+b = "2.5e-4 N m s/rad"
+
+[dh]
+rows = [ [ "q", 0, 0, 0 ] ]
+
+[[joint]]
+name = "axis"
+link = { inertia = { about = "joint", zz = "J_l" } }
+
+[joint.drive]
+ratio = 1
+rotors = [ { name = "motor", inertia = "J_m", fixed_to_joint = true } ]
+
+[joint.drive.motor]
+name = "circuit"
+at = "motor"
+resistance = "R"
+inductance = "L"
+torque_constant = "K_T"
+back_emf_constant = "K_E"
+
+[[effect]]
+type = "viscous_friction"
+at = "axis"
+coefficient = "b"
+
+[[effect]]
+type = "tachometer"
+at = "axis.motor"
+constant = "0.03 V s/rad"
+
+[recording]
+time = { column = "t", unit = "s" }
+[[recording.channel]]
+column = "u"
+quantity = "voltage"
+joint = "axis"
+unit = "V"
+[[recording.channel]]
+column = "i"
+quantity = "current"
+joint = "axis"
+unit = "A"
+[[recording.channel]]
+column = "x"
+quantity = "position"
+joint = "axis"
+side = "motor"
+unit = "rad"
+[[recording.channel]]
+column = "w"
+quantity = "voltage"
+joint = "axis.motor"
+unit = "V"
+"""
+
+R, L, K_T, K_E, J_M, J_L, B, K_W = 1.6, 0.4e-3, 0.085, 0.08, 8e-5, 3.5e-4, 3e-4, 0.03  # the truth
+STEP, FINE, DURATION = 2e-3, 100, 6.0
+
+
+def record(path: Path, robot: Robot, seed: int, coulomb: float = 0.0, stiffness: float = 0.0) -> Recording:
+    """Semi-implicit Euler at 20 us; Coulomb friction brakes to a stop within a step, and never beyond."""
+    rng = np.random.default_rng(seed)
+    count = round(DURATION / STEP)
+    time = np.arange(count) * STEP
+    waves = [
+        (a, f, rng.uniform(0, 2 * np.pi)) for a, f in ((2.0, 0.5), (2.0, 1.3), (1.5, 2.9), (1.0, 6.1), (1.0, 12.7))
+    ]
+    u = sum(a * np.sin(2 * np.pi * f * time + phase) for a, f, phase in waves)
+    h = STEP / FINE
+    current, x, v, load, load_speed = 0.0, 0.0, 0.0, 0.0, 0.0
+    table = np.zeros((count, 3))
+    inertia = J_M if stiffness else J_M + J_L
+    for k in range(count):
+        table[k] = current, x, v
+        for _ in range(FINE):
+            current += h / L * (u[k] - R * current - K_E * v)
+            twist = stiffness * (x - load) + 2e-3 * (v - load_speed) if stiffness else 0.0
+            v += h / inertia * (K_T * current - B * v - twist)
+            dry = coulomb * h / inertia
+            v = np.sign(v) * max(abs(v) - dry, 0.0)
+            load_speed += h / J_L * twist
+            x, load = x + h * v, load + h * load_speed
+    noisy = np.column_stack(
+        [
+            time,
+            u,
+            table[:, 0] + rng.normal(0, 0.02, count),
+            np.round(table[:, 1] / 1e-4) * 1e-4,
+            K_W * table[:, 2] + rng.normal(0, 5e-3, count),
+        ]
+    )
+    np.savetxt(path, noisy, delimiter=",", header="t,u,i,x,w", comments="", fmt="%.9g")
+    assert robot.channels is not None
+    return read_recording(path, robot.channels)
