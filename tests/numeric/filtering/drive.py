@@ -102,10 +102,10 @@ def record(path: Path, robot: Robot, seed: int, coulomb: float = 0.0, stiffness:
         for _ in range(FINE):
             current += h / L * (u[k] - R * current - K_E * v)
             twist = stiffness * (x - load) + 2e-3 * (v - load_speed) if stiffness else 0.0
-            v += h / inertia * (K_T * current - B * v - twist)
+            v += h / inertia * (K_T * current - (twist if stiffness else B * v))
             dry = coulomb * h / inertia
             v = np.sign(v) * max(abs(v) - dry, 0.0)
-            load_speed += h / J_L * twist
+            load_speed += h / J_L * (twist - B * load_speed)  # the model's drag is at the joint
             x, load = x + h * v, load + h * load_speed
     noisy = np.column_stack(
         [
