@@ -44,6 +44,7 @@ def slider(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow  # a sweep of a compiled machine by the command; the response itself has quick tests
 def test_a_stepped_sine_shows_less_than_the_linear_part_and_odd_harmonics(slider: Path) -> None:
     stepped = ("frequency", slider, "--amplitude", "9", *BAND, "--points", "3", "-y", "slide.qd")
     done = run(*stepped, "--json")

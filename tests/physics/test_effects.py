@@ -283,8 +283,12 @@ def test_what_has_a_potential_does_no_work_around_a_closed_path(identifier: str,
         s = 2 * math.pi * k / count
         x = a + b * math.cos(s) + c * math.sin(s) + e * math.sin(2 * s)
         v = -b * math.sin(s) + c * math.cos(s) + 2 * e * math.cos(2 * s)
-        work += force(x, v) * v / count
-        scale += abs(force(x, v) * v) / count
+        try:
+            pull = force(x, v)
+        except ZeroDivisionError:  # both ends of a spring in one point: its pull has no direction there
+            assume(False)
+        work += pull * v / count
+        scale += abs(pull * v) / count
     assert abs(work) <= 1e-9 * max(scale, 1e-3)
 
 

@@ -31,12 +31,20 @@ def test_motion_starts_and_ends_at_rest_within_its_limits(point: np.ndarray) -> 
 @given(points)
 @settings(max_examples=20)
 def test_speed_and_acceleration_are_derivatives_of_the_position(point: np.ndarray) -> None:
-    motion = FAMILY.motion(point, 48001)
-    step = motion.time[1]
+    coarse, fine = (_errors_of_differences(point, count) for count in (12001, 48001))
+    # wrong by step^2 where it is smooth, and by step in the few samples beside a kink: on average by step^2
+    for before, after in zip(coarse, fine, strict=True):
+        assert after <= 0.15 * before
+
+
+def _errors_of_differences(point: np.ndarray, count: int) -> list[float]:
+    """Of central differences of position and speed: mean, as a share of the largest."""
+    motion = FAMILY.motion(point, count)
+    found = []
     for low, high in ((motion.q, motion.qd), (motion.qd, motion.qdd)):
-        found = np.gradient(low, motion.time, axis=0)[1:-1]
-        # central differences are wrong by a third derivative's worth of step^2, and by a kink's worth of step
-        assert np.abs(found - high[1:-1]).max() <= 20.0 * step * np.abs(high).max()
+        differences = np.gradient(low, motion.time, axis=0)[1:-1]
+        found.append(float(np.abs(differences - high[1:-1]).mean() / np.abs(high).max()))
+    return found
 
 
 def test_sweeps_run_at_constant_speed() -> None:

@@ -162,6 +162,7 @@ def test_what_is_lost_as_flanks_open_is_the_strain_that_is_left() -> None:
     assert book.closure < 1e-12
 
 
+@pytest.mark.slow  # compiles a machine of its own by the general way
 def test_a_pendulum_with_bristles_and_a_hardening_spring() -> None:
     """Nothing is linear: the book closes to what the trajectory was asked for."""
     pendulum = machine(
@@ -177,6 +178,7 @@ def test_a_pendulum_with_bristles_and_a_hardening_spring() -> None:
     assert book.dissipated["pivot.lugre_friction"][-1] > 0.1
 
 
+@pytest.mark.slow  # likewise
 def test_an_error_of_the_trajectory_shows_in_the_residual() -> None:
     time = np.linspace(0.0, 1.0, 11)
     rough = simulate_general(seed_drive(), time, [step(1.0)], tolerance=1e-4)
