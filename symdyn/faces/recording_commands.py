@@ -179,7 +179,7 @@ def show(result: Diagnosis) -> None:
     if left.structured and left.variable is None:
         shape = f", {percent(left.share)} of its power slow, unlike noise, but not a function of the motion"
     out.print(
-        f"left unexplained: {percent(left.heldout)} of the effort{shape} (below {result.band:.3g} Hz). "
+        f"left unexplained: {percent(left.heldout)} of the {result.judged}{shape} (below {result.band:.3g} Hz). "
         f"{noise_words(result)}".rstrip(),
         markup=False,
     )

@@ -211,6 +211,7 @@ class Diagnosis:
     located: tuple[Located, ...] = ()  # best first
     noise_floor: NoiseFloor | None = None  # None: the recording does not tell it
     next_experiment: NextExperiment | None = None
+    judged: str = "effort"  # what errors are relative to, for people
 
     def to_json(self) -> Json:
         """The facts for other programs; the same words as in the report."""

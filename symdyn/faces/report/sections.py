@@ -118,7 +118,7 @@ def joints_table(diagnosis: Diagnosis) -> Markup:
 def remaining_text(diagnosis: Diagnosis) -> Markup:
     """What is left: how much, whether it is structured, what it follows."""
     left = diagnosis.remaining
-    sentences = [f"On the held-out recording {percent(left.heldout)} of the effort stays unexplained."]
+    sentences = [f"On the held-out recording {percent(left.heldout)} of the {diagnosis.judged} stays unexplained."]
     sentences += [noise_words(diagnosis)] if diagnosis.noise_floor else []
     follows = f"the {left.variable}" if left.variable else "the motion"
     if left.structured and left.variable is None:

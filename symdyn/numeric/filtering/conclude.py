@@ -70,6 +70,7 @@ def conclude(
         traces=_traces(model, given, final),
         located=_located(places) if _beyond(before, floor) > SHARE else (),
         noise_floor=floor,
+        judged="motion of the channels in free runs",
     )
 
 
