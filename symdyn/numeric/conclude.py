@@ -27,8 +27,6 @@ from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
-DIGITS = 8  # of fitted values in a specification: far below any standard error
-
 
 def conclude(
     case: Case,
@@ -108,16 +106,12 @@ def specification(case: Case, final: Explanation) -> Robot:
     """The model's own TOML with fitted parameters and one [[effect]] per finding; comments are kept."""
     text = case.robot.text
     for name, estimate in case.model_parameters(final).items():
-        text = set_parameter(text, case.robot, name, _value(estimate.value, estimate.unit))
+        text = set_parameter(text, case.robot, name, estimate.written)
     for candidate, _ in final.found:
-        values = {k: _value(e.value, e.unit) for k, e in case.parameters(candidate, final).items()}
+        values = {k: e.written for k, e in case.parameters(candidate, final).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
     file = case.robot.where.file if case.robot.where else case.robot.name
     return robot_from_text(text, file)
-
-
-def _value(value: float, unit: str) -> str:
-    return f"{value:.{DIGITS}g} {unit}".strip()
 
 
 def _motion(bench: Workbench) -> Array:

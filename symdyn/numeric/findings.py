@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 Json = dict[str, Any]
 
 
+DIGITS = 8  # of fitted values in a specification
+
+
 class Verdict(StrEnum):
     COMPLETE = "complete"
     MISSING_PHYSICS = "missing_physics"
@@ -32,6 +35,11 @@ class Estimate:
     value: float
     se: float | None
     unit: str
+
+    @property
+    def written(self) -> str:
+        """As a specification holds it; digits far below any standard error are left out."""
+        return f"{self.value:.{DIGITS}g} {self.unit}".strip()
 
     def to_json(self) -> Json:
         return {"value": self.value, "se": self.se, "unit": self.unit}

@@ -88,7 +88,7 @@ def test_dry_friction_is_set_valued(
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )  # fmt: skip
-def test_forces_that_store_energy_follow_from_it(values, energy) -> None:  # type: ignore[no-untyped-def]
+def test_forces_that_store_energy_follow_from_it(values: dict[str, float], energy: Callable[[float], float]) -> None:
     p, h = row(**values), 1e-6
     for x in np.linspace(-1.5, 1.5, 7):
         force = laws.smooth_force(p, x, 0.7, 0.0, np.zeros(laws.STATES))

@@ -31,7 +31,6 @@ from symdyn.spec.records import JOINT_END, Robot
 
 Array = NDArray[np.float64]
 
-DIGITS = 8  # of fitted values in a specification: far below any standard error
 TOLD = 0.9  # of the prior's width: what a recording narrows less it does not tell
 SHARE = 0.1  # of what is left that must be structure for it to be worth a word
 
@@ -81,14 +80,14 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
     for name in model.beliefs:
         if name in own:
             own_value = estimate(model, final.fit, name)
-            text = set_parameter(text, robot, name, _value(own_value.value, own_value.unit))
+            text = set_parameter(text, robot, name, own_value.written)
     for new in model.freed:
         numbers = {k: estimate(model, final.fit, getattr(new, k)) for k in ("stiffness", "damping")}
-        values = {k: _value(e.value, e.unit) for k, e in numbers.items()}
+        values = {k: e.written for k, e in numbers.items()}
         shaft = {"name": new.shaft, "from": new.rotor, "to": JOINT_END, **values}
         text = free_rotor(text, robot, new.joint, new.rotor, shaft)
     for candidate, _ in final.found:
-        values = {k: _value(e.value, e.unit) for k, e in parameters(model, final, candidate).items()}
+        values = {k: e.written for k, e in parameters(model, final, candidate).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
     return robot_from_text(text, robot.where.file if robot.where else robot.name)
 
@@ -108,10 +107,6 @@ def estimate(model: Model, of: MLFit, name: str) -> Estimate:
     se = float(np.sqrt(max(of.covariance[i, i], 0.0)))
     untold = name in model.beliefs and se >= TOLD * PRIOR * abs(value)
     return Estimate(value, None if untold or not math.isfinite(se) else se, unit)
-
-
-def _value(value: float, unit: str) -> str:
-    return f"{value:.{DIGITS}g} {unit}".strip()
 
 
 def noise_floor(model: Model, of: MLFit) -> NoiseFloor:
