@@ -9,7 +9,7 @@ STAMP := $(VENV)/.installed
 PYTEST := $(BIN)/python -m pytest
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow lint types check check-generated generate bench blind docs wheel-test clean
+.PHONY: help setup demo test test-slow test-random lint types check check-generated generate bench blind docs wheel-test clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -29,6 +29,9 @@ test: $(STAMP) ## run the tests, all but the slow ones
 
 test-slow: $(STAMP) ## run the slow tests
 	@$(PYTEST) -n auto -m slow
+
+test-random: $(STAMP) ## run the tests on new random examples
+	@$(PYTEST) -n auto --hypothesis-profile=random
 
 lint: $(STAMP) ## check the style (ruff)
 	@$(BIN)/python -m ruff check .

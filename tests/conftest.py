@@ -10,8 +10,11 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 # Machines are small and busy: how long an example takes says nothing here.
-settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("busy")
+_BUSY = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# A change is judged by the same examples every time; `make test-random` looks for new ones.
+settings.register_profile("repeatable", _BUSY, derandomize=True, database=None)
+settings.register_profile("random", _BUSY)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session", autouse=True)
