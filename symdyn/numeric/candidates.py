@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from symdyn.physics import catalogue
+from symdyn.physics.effect import Effect
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import DHRow, Monomial, Motion, Place, PlaceKind, Robot
@@ -14,7 +16,10 @@ from symdyn.spec.records import DHRow, Monomial, Motion, Place, PlaceKind, Robot
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One effect at one place; ``linear`` parameters are solved for, ``shapes`` are searched."""
+    """One effect at one place; ``linear`` parameters are solved for, ``shapes`` are searched.
+
+    ``taken`` ones have one value each, which no motion and effort could tell, or which makes this candidate.
+    """
 
     effect: str
     title: str
@@ -22,6 +27,7 @@ class Candidate:
     linear: tuple[ParameterSchema, ...]
     shapes: tuple[ParameterSchema, ...]
     builds_on: str | None
+    taken: tuple[tuple[ParameterSchema, float], ...] = ()
 
     def parameter(self, schema: ParameterSchema) -> str:
         """A name for the parameter that no other place or effect has."""
@@ -34,8 +40,21 @@ class Candidate:
         """The effect's parameters by name; what is searched as a ratio follows the one it is relative to."""
         found = {schema.name: float(value) for schema, value in zip(self.linear, coefficients, strict=True)}
         for schema, value in zip(self.shapes, shapes, strict=True):
-            found[schema.name] = float(value) * (found[schema.relative_to] if schema.relative_to else 1.0)
-        return found
+            found[schema.name] = float(value) * self.scale(schema, found)
+        return found | {schema.name: value for schema, value in self.taken}
+
+    @staticmethod
+    def scale(schema: ParameterSchema, values: Mapping[str, float]) -> float:
+        """What a searched number is multiplied by to be the parameter."""
+        if schema.relative_to is None:
+            return 1.0
+        base = values[schema.relative_to]
+        return base if not schema.inversely else (1.0 / base if base else math.inf)
+
+    @property
+    def counts(self) -> tuple[tuple[str, float], ...]:
+        """Whole numbers that make it another law."""
+        return tuple((schema.name, value) for schema, value in self.taken if schema.is_count)
 
     @property
     def size(self) -> int:
@@ -44,7 +63,8 @@ class Candidate:
 
     @property
     def label(self) -> str:
-        return f"{self.title} at {self.place.address}"
+        which = "".join(f" ({name} {value:g})" for name, value in self.counts)
+        return f"{self.title}{which} at {self.place.address}"
 
 
 def candidates(robot: Robot) -> tuple[Candidate, ...]:
@@ -55,15 +75,28 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
         if place.kind is not PlaceKind.JOINT:  # the measured places; rigid rotors move with their joint
             continue
         for effect in catalogue().values():
-            if not effect.proposable or place.kind not in effect.attaches_to:
+            if not effect.proposable or place.kind not in effect.attaches_to or place.motion not in effect.motions:
                 continue
             if (effect.identifier, place.address) in present or _degenerate(effect.parameters, place):
                 continue
-            free = [p for p in effect.parameters if not p.is_count]
-            linear = tuple(p for p in free if p.scan is Scan.NONE)
-            shapes = tuple(p for p in free if p.scan is not Scan.NONE)
-            found.append(Candidate(effect.identifier, effect.title, place, linear, shapes, effect.builds_on))
+            found += [candidate(effect, place, counts) for counts in _counts(effect)]
     return tuple(found)
+
+
+def candidate(effect: Effect, place: Place, counts: Mapping[str, float]) -> Candidate:
+    """The effect at a place, with these whole numbers."""
+    free = [p for p in effect.parameters if not p.is_count]
+    linear = tuple(p for p in free if p.scan is Scan.NONE)
+    shapes = tuple(p for p in free if p.scan not in (Scan.NONE, Scan.ASSUMED))
+    taken = [(p, p.tried[0]) for p in free if p.scan is Scan.ASSUMED]
+    taken += [(p, counts[p.name]) for p in effect.parameters if p.is_count]
+    return Candidate(effect.identifier, effect.title, place, linear, shapes, effect.builds_on, tuple(taken))
+
+
+def _counts(effect: Effect) -> list[dict[str, float]]:
+    """All combinations of the whole numbers to be tried; one, without any, for most effects."""
+    whole = [p for p in effect.parameters if p.is_count]
+    return [dict(zip((p.name for p in whole), values, strict=True)) for values in product(*(p.tried for p in whole))]
 
 
 def fitted_parameters(robot: Robot, scaled: bool = True) -> tuple[str, ...]:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import bounds
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
-from symdyn.numeric.findings import Diagnosis, Errors, Finding, Located, NoiseFloor, Remaining, Traces
+from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.free_form import fitted_of
 from symdyn.numeric.groups import rigid_group
+from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover
 from symdyn.numeric.locate import Left, located
@@ -22,35 +21,32 @@ from symdyn.numeric.skew import Skew
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import verdict_of
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.edit import add_effect, set_parameter
+from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
+FOUND = "found by symdyn diagnose"
 
-def conclude(
-    case: Case,
-    given: Explanation,
-    final: Explanation,
-    findings: Sequence[Finding],
-    alarms: Sequence[str],
-    training: str,
-    heldout: str,
-    skew: Skew | None = None,
-) -> Diagnosis:
+
+def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = None) -> Diagnosis:
     """Write the new robot, re-emit its kernel, and take every number "after" from that kernel."""
+    case, final, first, given = inquiry.case, inquiry.current, inquiry.first, inquiry.given
+    findings, alarms = inquiry.findings, inquiry.alarms
     diagnosed = specification(case, final)
     emitted = compile_robot(diagnosed).kernel()
     bench = Workbench(emitted, case.bench.observation, case.bench.band)
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
     after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
+    density = noise_density(judge, emitted.values)
     remaining = leftover(
         (admissible_residual(bench, emitted.values), _motion(bench)),
         (admissible_residual(judge, emitted.values), _motion(judge)),
         [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
         after.heldout,
         judge.samples_per_period,
+        in_band(density, judge),
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     told = []
@@ -62,11 +58,10 @@ def conclude(
     told += [
         f"the law of {label} does not hold exactly: what is left follows the {remaining.variable}" for label in wrong
     ]
-    density = noise_density(judge, emitted.values)
-    before = case.errors(given)
+    before = first.errors(given)
     return Diagnosis(
         verdict=verdict_of(findings, remaining, before, after, bool(wrong)),
-        robot=case.robot,
+        robot=first.robot,
         diagnosed=diagnosed,
         findings=tuple(findings),
         model=case.model_parameters(final),
@@ -79,7 +74,7 @@ def conclude(
         training=training,
         heldout=heldout,
         traces=_traces(case, given, judge, r_heldout, density),
-        located=where_and_when(case, given),
+        located=where_and_when(first, given),
         noise_floor=_noise_floor(case, bench, judge, noise_density(bench, emitted.values), density),
     )
 
@@ -109,7 +104,11 @@ def specification(case: Case, final: Explanation) -> Robot:
         text = set_parameter(text, case.robot, name, estimate.written)
     for candidate, _ in final.found:
         values = {k: e.written for k, e in case.parameters(candidate, final).items()}
-        text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
+        text = add_effect(text, candidate.effect, candidate.place.address, values, FOUND)
+    for revised in case.revised:
+        if revised.values:
+            values = {k: e.written for k, e in revised.values.items()}
+            text = set_effect(text, revised.effect, revised.place, values, FOUND)
     file = case.robot.where.file if case.robot.where else case.robot.name
     return robot_from_text(text, file)
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.rest import REST, speed_noise
 from symdyn.numeric.scan import orders, periodogram
-from symdyn.numeric.standstill import REST, speed_noise
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]

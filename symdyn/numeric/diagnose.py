@@ -8,30 +8,29 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from symdyn.base.errors import InputError, NumericalError
-from symdyn.numeric.candidates import Candidate
+from symdyn.base.errors import InputError
 from symdyn.numeric.conclude import conclude, specification
-from symdyn.numeric.evidence import gaussian_gain
 from symdyn.numeric.excitation import unexcited
-from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain, ready
+from symdyn.numeric.explanation import ready
 from symdyn.numeric.filtering.diagnose import diagnose_hidden
 from symdyn.numeric.filtering.needed import has_hidden_parts
-from symdyn.numeric.findings import Alternative, Diagnosis, Finding, Rival
-from symdyn.numeric.groups import rigid_group
-from symdyn.numeric.noise_floor import independent_samples
+from symdyn.numeric.findings import Diagnosis, Finding, Rival
+from symdyn.numeric.forward import forward, tried_revisions
+from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.recording import Recording
-from symdyn.numeric.regression import encompassing
+from symdyn.numeric.regression import likelier
+from symdyn.numeric.revision import Revision, revisions, without
 from symdyn.numeric.runs import Runs, training_and_heldout
-from symdyn.numeric.search import TIE, Search, Trial, rank
-from symdyn.numeric.setting import Setting, prepare
+from symdyn.numeric.search import TIE, Search
+from symdyn.numeric.setting import prepare
 from symdyn.numeric.skew import check_skew, skew_left
+from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
 
-MAX_FINDINGS = 6  # per joint
 WIDER = 1.5  # times the band, from which on it is worth another search
-ALTERNATIVES = 3  # shown per step
 
 
 def diagnose(
@@ -64,197 +63,107 @@ def _diagnose(
 ) -> Diagnosis:
     setting = prepare(robot, training, heldout, progress)
     case = setting.case(setting.given() if band is None else band)
-    given = current = case.explain()
-    findings: list[Finding] = []
-    alarms: list[str] = []
-    current, findings = _forward(case, current, findings, setting.proposed, alarms, progress)
+    given = case.explain()
+    inquiry, open_ = Inquiry(setting, case, given, setting, case, given), revisions(setting)
+    inquiry = _searched(inquiry, open_, progress)
     if band is None:
-        case, given, current, findings = _widened(setting, case, given, current, findings, alarms, progress)
-    current, findings = _reexamined(case, current, findings, alarms)
-    case, current, findings = _physical(case, current, findings, alarms)
-    skew = check_skew(case, given, current)
-    alarms += unexcited(case.bench, given.fit.p, given.fit.names, given.training, given.weight)
-    findings = [_with_rivals(case, current, finding, setting.proposed, progress) for finding in findings]
-    return conclude(case, given, current, findings, alarms, training.name, heldout.name, skew)
+        inquiry = _widened(inquiry, progress)
+    inquiry = _physical(_reexamined(simplified(inquiry, progress)))
+    skew = check_skew(inquiry.first, inquiry.given, inquiry.case, inquiry.current)
+    bench, given = inquiry.first.bench, inquiry.given
+    inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
+    findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
+    return conclude(replace(inquiry, findings=findings), training.name, heldout.name, skew)
 
 
-def _forward(
-    case: Case,
-    current: Explanation,
-    findings: list[Finding],
-    proposed: Sequence[Candidate],
-    alarms: list[str],
-    progress: Progress,
-) -> tuple[Explanation, list[Finding]]:
-    """Effect after effect, until none earns its place any more."""
-    findings = list(findings)
-    while len(findings) < MAX_FINDINGS * len(case.joints):
-        earning, refused = _tried(case, current, proposed, f"step {len(findings) + 1}", progress)
-        alarms += [f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused]
-        step = _first_that_earns(case, current, earning, alarms)
-        if step is None:
-            break
-        trial, better = step
-        findings.append(_finding(case, trial.candidate, current, better, _alternatives(case, current, earning, trial)))
-        current = better
-        progress(f"found: {findings[-1].title} at {findings[-1].place}")
-    return current, findings
+def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
+    """Until neither another effect, nor a wider law in place of one, earns its place."""
+    inquiry = forward(inquiry, open_, progress)
+    swapped = True
+    while swapped:
+        inquiry, swapped = generalised(inquiry, progress)
+        if swapped:
+            inquiry = forward(inquiry, open_, progress)
+    return inquiry
 
 
-def _widened(
-    setting: Setting,
-    case: Case,
-    given: Explanation,
-    current: Explanation,
-    findings: list[Finding],
-    alarms: list[str],
-    progress: Progress,
-) -> tuple[Case, Explanation, Explanation, list[Finding]]:
+def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     """What was found filled the band. What it covered may be quicker: the search goes on in the band of what is left.
 
     Where that finds nothing, or no effort was measured that could be quicker than the motion, everything stays as
     it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
-    quick then, and a friction that remembers would be named for it.
+    quick then, and a friction that remembers would be named for it. Sensors and gravity are no quick matter.
     """
-    if not np.any(case.bench.effort):
-        return case, given, current, findings
-    cutoff = setting.left(current)
-    if not findings or cutoff < WIDER * case.bench.edge or skew_left(case, current) is not None:
-        return case, given, current, findings
+    if not np.any(inquiry.case.bench.effort) or not inquiry.findings:
+        return inquiry
+    edge = inquiry.case.bench.edge
+    cutoff = inquiry.setting.left(inquiry.current)
+    if cutoff < WIDER * edge or skew_left(inquiry.case, inquiry.current) is not None:
+        return inquiry
     progress(f"what is left reaches up to {cutoff:.3g} Hz")
-    wide = setting.case(cutoff, case.bench.edge)
-    before = wide.explain(current.found, current)
-    noted: list[str] = []
-    after, more = _forward(wide, before, findings, setting.proposed, noted, progress)
-    if len(more) == len(findings):
-        return case, given, current, findings
-    alarms += noted
-    return wide, wide.explain(), after, more
+    first, case = inquiry.origin.case(cutoff, edge), inquiry.setting.case(cutoff, edge)
+    current = case.explain(inquiry.current.found, inquiry.current)
+    wide = replace(inquiry, first=first, given=first.explain(), case=case, current=current, motion=edge)
+    after = _searched(wide, (), progress)
+    return after if len(after.findings) > len(inquiry.findings) else inquiry
 
 
-def _physical(
-    case: Case, current: Explanation, findings: list[Finding], alarms: list[str]
-) -> tuple[Case, Explanation, list[Finding]]:
+def _physical(inquiry: Inquiry) -> Inquiry:
     """Parameters that no machine can have are drawn towards the given ones until one can."""
+    case, current = inquiry.case, inquiry.current
     for share in (1.0, 0.3, 0.1, 0.03):
         try:
             specification(case, current)
             break
         except InputError as error:
-            alarms.append(f"no machine has the parameters that fit best: {error.problems[0].message}")
+            inquiry = inquiry.noting(f"no machine has the parameters that fit best: {error.problems[0].message}")
             case = replace(case, spread=share * case.spread)
             current = case.explain(current.found, current)
-    return case, current, _updated(case, current, findings)
+    return replace(inquiry, case=case, current=current).settled()
 
 
-def _updated(case: Case, current: Explanation, findings: Sequence[Finding]) -> list[Finding]:
-    """Those of the findings that are still held, with their final values."""
-    kept = {(c.effect, c.place.address): c for c, _ in current.found}
-    return [
-        replace(f, parameters=case.parameters(kept[f.effect, f.place], current))
-        for f in findings
-        if (f.effect, f.place) in kept
-    ]
-
-
-def _tried(
-    case: Case, current: Explanation, proposed: Sequence[Candidate], step: str, progress: Progress
-) -> tuple[list[Trial], list[Trial]]:
-    search = Search(case.laws, current.training, current.design, current.weight)
-    open_ = ready(proposed, case.robot, current.effects)
-    return rank(search, open_, LEVEL, lambda what: progress(f"{step}: {what}"))
-
-
-def _first_that_earns(
-    case: Case, current: Explanation, earning: Sequence[Trial], alarms: list[str]
-) -> tuple[Trial, Explanation] | None:
-    """The best candidate on training data that held-out data confirm, fitted."""
-    for trial in earning:
-        try:
-            better = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
-        except NumericalError:
-            alarms.append(f"{trial.candidate.label} could not be fitted: it does not settle")
-            continue
-        if not case.certain(trial.candidate, better):
-            alarms.append(f"{trial.candidate.label} lowers the error, but its size cannot be told from zero")
-            continue
-        if case.earns(current, better):
-            return trial, better
-        alarms.append(f"{trial.candidate.label} fits the training data better, but not the held-out data")
-    return None
-
-
-def _alternatives(case: Case, current: Explanation, earning: Sequence[Trial], chosen: Trial) -> tuple[Alternative, ...]:
-    """What else would have earned this step, and the held-out error it would have left."""
-    found = []
-    for trial in [t for t in earning if t is not chosen][:ALTERNATIVES]:
-        try:
-            other = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
-        except NumericalError:
-            continue
-        error = case.errors(other).heldout
-        found.append(Alternative(trial.candidate.effect, trial.candidate.place.address, error))
-    return tuple(found)
-
-
-def _finding(
-    case: Case,
-    candidate: Candidate,
-    before: Explanation,
-    after: Explanation,
-    alternatives: tuple[Alternative, ...],
-) -> Finding:
-    return Finding(
-        candidate.effect,
-        candidate.title,
-        candidate.place.address,
-        case.parameters(candidate, after),
-        case.errors(before).heldout,
-        case.errors(after).heldout,
-        heldout_gain(before, after)[1],
-        (),
-        alternatives,
-        rigid_group(case.robot.joints[case.joints.index(candidate.place.address)], candidate.effect),
-        gaussian_gain(before.heldout, after.heldout, independent_samples(case.judge)),
-    )
-
-
-def _reexamined(
-    case: Case, current: Explanation, findings: list[Finding], alarms: list[str]
-) -> tuple[Explanation, list[Finding]]:
+def _reexamined(inquiry: Inquiry) -> Inquiry:
     """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
-    for item in current.found[:-1]:
-        candidate, _ = item
+    for item in inquiry.current.found[:-1]:
+        case, current, candidate = inquiry.case, inquiry.current, item[0]
         corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
         if corrected and case.certain(candidate, current):
             continue
-        without = case.explain(tuple(other for other in current.found if other is not item), current)
-        if not case.earns(without, current):
-            alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
-            current = without
-    return current, _updated(case, current, findings)
+        less = case.explain(tuple(other for other in current.found if other[0] is not candidate), current)
+        if not case.earns(less, current):
+            told = f"{candidate.label} was taken out again: later findings explain it better"
+            inquiry = replace(inquiry, current=less).noting(told)
+    for revised in inquiry.setting.revised[: None if inquiry.current.found else -1]:
+        bare = without(inquiry, revised)
+        if not inquiry.case.earns(bare.current, inquiry.current):
+            inquiry = bare.noting(f"{revised.title} at {revised.place} was taken out again: the rest explains it")
+    return inquiry.settled()
 
 
-def _with_rivals(
-    case: Case, current: Explanation, finding: Finding, proposed: Sequence[Candidate], progress: Progress
-) -> Finding:
-    """What it does not improve on beyond chance: other effects at its place (rivals), itself elsewhere (group)."""
+def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], progress: Progress) -> Finding:
+    """What it does not improve on beyond chance: other explanations at its place (rivals), itself elsewhere (group)."""
+    case, current = inquiry.case, inquiry.current
+    mine = [i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place)]
+    if not mine:
+        return finding  # a sensor's fault, or gravity: it explains more than any effect does
     progress(f"looking for rivals of {finding.title} at {finding.place}")
-    mine = next(i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place))
-    rest = case.explain(tuple(item for item in current.found if item is not mine), current)
+    rest = case.explain(tuple(item for item in current.found if item is not mine[0]), current)
     search = Search(case.laws, rest.training, rest.design, rest.weight)
-    own = search.trial(mine[0])
+    own = search.trial(mine[0][0])
     rivals, group = [], list(finding.group)
-    for other in ready(proposed, case.robot, rest.effects):
-        if other is mine[0] or (other.place != mine[0].place and other.effect != mine[0].effect):
+    for other in ready(inquiry.setting.proposed, case.robot, rest.effects):
+        if (other.effect == finding.effect) == (other.place.address == finding.place):
             continue
         trial = search.trial(other)
-        if search.contains(trial, own):
+        if finding.effect in catalogue()[other.effect].generalises or search.contains(trial, own):
             continue  # the finding and more: it fits as well by being the same
-        p_value = encompassing(trial.errors, own.errors)[1]
+        p_value = likelier(trial.errors, own.errors)[1]
         if trial.admissible and trial.gain > 0 and p_value > TIE:
-            if other.place == mine[0].place:
+            if other.place.address == finding.place:
                 rivals.append(Rival(other.effect, other.place.address, p_value))
             else:
                 group.append(other.place.address)
+    for revised in tried_revisions(replace(inquiry, current=rest), search, open_, [own], progress):
+        if revised.matches > TIE and revised.revision.key[1] in (finding.place, "base"):
+            rivals.append(Rival(*revised.revision.key, revised.matches))
     return replace(finding, rivals=tuple(rivals), group=tuple(group))

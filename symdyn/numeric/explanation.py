@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from symdyn.numeric.candidates import Candidate, bounds, candidate_bounds, fitte
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.regression import encompassing, fit_linear, solve_linear
+from symdyn.numeric.regression import fit_linear, likelier, solve_linear
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import ParameterSchema
@@ -26,7 +26,6 @@ CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
-SHAPE_ROOM = 2.0  # factor about its scanned value within which a shape parameter stays, and within the scan's ends
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
@@ -38,6 +37,17 @@ class Fitted:
 
     coefficients: tuple[float, ...]
     shapes: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Revised:
+    """Something that the model or its sensors were told wrong, set right; ``names``: own parameters that do so."""
+
+    effect: str
+    title: str
+    place: str
+    values: Mapping[str, Estimate] = field(default_factory=dict)  # of an effect to be written
+    names: Mapping[str, str] = field(default_factory=dict)  # by what a finding calls them
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +75,7 @@ class Case:
     laws: Laws  # training
     judged: Laws  # held out
     own: tuple[str, ...]  # the model's own parameters that a fit moves
+    revised: tuple[Revised, ...] = ()  # what was found about the sensors and the surroundings
     spread: float = SPREAD  # standard deviation that their values as given are thought to have, as a share of them
 
     @property
@@ -119,7 +130,7 @@ class Case:
             step = solve_linear(design * weight[:, None], residual * weight)
             for scale in (1.0, 0.25, 0.0625):
                 moved = [
-                    Fitted(f.coefficients, self._moved(self.laws.ends(c), scanned, f.shapes, scale * change))
+                    Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
                     for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
                 ]
                 trial_p, trial, lower = self._linear(found, p, moved, weight)
@@ -133,12 +144,10 @@ class Case:
         return p, state
 
     @staticmethod
-    def _moved(
-        ends: Sequence[tuple[float, float]], scanned: tuple[float, ...], shapes: tuple[float, ...], step: Array
-    ) -> tuple[float, ...]:
+    def _moved(room: Sequence[tuple[float, float]], shapes: tuple[float, ...], step: Array) -> tuple[float, ...]:
         return tuple(
-            float(np.clip(value + change, max(middle / SHAPE_ROOM, low), min(middle * SHAPE_ROOM, high)))
-            for (low, high), middle, value, change in zip(ends, scanned, shapes, step, strict=True)
+            float(np.clip(value + change, low, high))
+            for (low, high), value, change in zip(room, shapes, step, strict=True)
         )
 
     def _shape_part(self, found: Found, step: Array) -> list[Array]:
@@ -157,8 +166,9 @@ class Case:
         for candidate, _ in found:
             limits |= candidate_bounds(candidate)
         added = self._added(self.laws, found, state)
+        unknown = frozenset(name for r in self.revised for name in r.names.values())
         start = np.array([value for f in state for value in f.coefficients])
-        p, coefficients = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread)
+        p, coefficients = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread, unknown)
         done, at = [], 0
         for f in state:
             count = len(f.coefficients)
@@ -204,22 +214,23 @@ class Case:
         told = {s.name: of.fit.standard_error(candidate.parameter(s)) for s in (*candidate.linear, *candidate.shapes)}
         for schema, ratio in zip(candidate.shapes, fitted.shapes, strict=True):
             if schema.relative_to is not None:
-                told[schema.name] = self._error_of_product(candidate, schema, ratio, values[schema.relative_to], of)
+                told[schema.name] = self._error_of_product(candidate, schema, ratio, values, of)
         return {
-            schema.name: Estimate(values[schema.name], told[schema.name], candidate.unit(schema))
-            for schema in (*candidate.linear, *candidate.shapes)
+            schema.name: Estimate(values[schema.name], told.get(schema.name), candidate.unit(schema))
+            for schema in (*candidate.linear, *candidate.shapes, *(schema for schema, _ in candidate.taken))
         }
 
     @staticmethod
     def _error_of_product(
-        candidate: Candidate, schema: ParameterSchema, ratio: float, scale: float, of: Explanation
+        candidate: Candidate, schema: ParameterSchema, ratio: float, values: Mapping[str, float], of: Explanation
     ) -> float | None:
         """Standard error of a ratio times what it is relative to, by their joint covariance."""
         (base,) = (s for s in candidate.linear if s.name == schema.relative_to)
         at = [of.fit.names.index(candidate.parameter(s)) for s in (schema, base)]
         if not np.all(of.fit.last.identifiable[at]):
             return None
-        slope = np.array([scale, ratio])
+        scale = candidate.scale(schema, values)
+        slope = np.array([scale, ratio if not schema.inversely else -ratio * scale**2])
         return float(np.sqrt(max(slope @ of.fit.last.covariance[np.ix_(at, at)] @ slope, 0.0)))
 
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
@@ -256,8 +267,8 @@ def own_parameters(robot: Robot, bench: Workbench) -> tuple[str, ...]:
 
 
 def heldout_gain(before: Explanation, after: Explanation) -> tuple[float, float]:
-    """(fall of the squared held-out error, p-value of none)."""
-    return encompassing(before.heldout * before.weight, after.heldout * before.weight)
+    """(gain of the held-out log-likelihood per sample, doubled; p-value of none)."""
+    return likelier(before.heldout * before.weight, after.heldout * before.weight)
 
 
 def joint_errors(residual: Array, bench: Workbench) -> Array:

@@ -67,11 +67,13 @@ def minimise(
     weight: Array,
     bounds: Bounds,
     spread: float = np.inf,
+    unknown: frozenset[str] = frozenset(),
 ) -> tuple[Array, Array]:
     """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
 
     ``spread``: standard deviation, as a share of their values, that the kernel's own parameters are thought to
     have in the model as given. Wide as it is, it decides along directions that a recording hardly tells.
+    Of ``unknown`` ones nothing is thought.
     """
     size = len(p)
     where = [*(bench.index[name] for name in names), *range(size, size + len(start))]
@@ -84,7 +86,8 @@ def minimise(
     held = np.delete(p != given, where[: len(names)]).any()  # a span is about the kernel's own values
     problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
     given = given[where[: len(names)]]
-    pull = np.concatenate([1.0 / (spread * _sizes(given)), np.zeros(len(start))])
+    own = np.array([0.0 if name in unknown else 1.0 for name in names])
+    pull = np.concatenate([own / (spread * _sizes(given)), np.zeros(len(start))])
     thought = np.concatenate([given, start])
     x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)
     return x[:size], x[size:]

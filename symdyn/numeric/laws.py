@@ -8,53 +8,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.probe import Probe
-from symdyn.numeric.scan import WAVES, grid
+from symdyn.numeric.probe import Key, Probe, key_of
+from symdyn.numeric.scan import axes, nudge, room
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.effect_schema import Scan
-from symdyn.spec.records import Motion
 
 Array = NDArray[np.float64]
-
-SLOPE_STEP = 1e-4  # of a shape value, for the derivative with respect to it
 
 
 class Laws:
     """Columns of candidates at their joints; once made, they serve every later step."""
 
-    def __init__(self, probes: Mapping[Motion, Probe], bench: Workbench, joints: Sequence[str]) -> None:
+    def __init__(self, probes: Mapping[Key, Probe], bench: Workbench, joints: Sequence[str]) -> None:
         self.probes, self.bench, self.joints = probes, bench, tuple(joints)
-        self._ends: dict[str, list[tuple[float, float]]] = {}
-        self._known: dict[tuple[str, str, tuple[float, ...]], Array] = {}
+        self._axes: dict[str, list[list[float]]] = {}
+        self._known: dict[tuple[str, tuple[float, ...]], Array] = {}
 
     def joint(self, candidate: Candidate) -> int:
         return self.joints.index(candidate.place.address)
 
     def columns(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
         """(K, k) effort at the candidate's joint per unit of each linear parameter."""
-        key = (candidate.effect, candidate.place.address, tuple(shapes))
+        key = (candidate.label, tuple(shapes))
         if key not in self._known:
-            probe, joint = self.probes[candidate.place.motion], self.joint(candidate)
+            probe, joint = self.probes[key_of(candidate)], self.joint(candidate)
             forces = []
             for unit in np.eye(len(candidate.linear)):
                 values = candidate.values(unit.tolist(), shapes)
                 forces.append(probe.force(candidate.effect, values, self.bench.observation, joint))
-            self._known[key] = self.bench.bring(np.stack(forces, axis=1))
+            self._known[key] = self.bench.bring(np.stack(forces, axis=1)) * self.bench.moving[:, [joint]]
         return self._known[key]
 
-    def ends(self, candidate: Candidate) -> list[tuple[float, float]]:
-        """Between which a fit may move each shape parameter: those of its scan, and of an order, one whole wave."""
-        if candidate.label not in self._ends:
-            axes = zip(*grid(candidate, self.joint(candidate), self.bench), strict=True)
-            room = [WAVES if schema.scan is Scan.ANGLE_ORDER else 1.0 for schema in candidate.shapes]
-            self._ends[candidate.label] = [(min(axis) / more, max(axis)) for axis, more in zip(axes, room, strict=True)]
-        return self._ends[candidate.label]
+    def room(self, candidate: Candidate, scanned: Sequence[float]) -> list[tuple[float, float]]:
+        """Between which a fit may move each shape parameter."""
+        if candidate.label not in self._axes:
+            self._axes[candidate.label] = axes(candidate, self.joint(candidate), self.bench)
+        return [room(*of) for of in zip(candidate.shapes, self._axes[candidate.label], scanned, strict=True)]
 
     def slopes(self, candidate: Candidate, coefficients: Sequence[float], shapes: Sequence[float]) -> Array:
         """(K, s) derivative of the effort with respect to each shape value."""
         found = []
         for i, value in enumerate(shapes):
-            step = SLOPE_STEP * abs(value)
+            step = nudge(candidate.shapes[i], value)
             high, low = list(shapes), list(shapes)
             high[i], low[i] = value + step, value - step
             change = (self.columns(candidate, high) - self.columns(candidate, low)) / (2.0 * step)

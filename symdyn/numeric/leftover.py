@@ -23,13 +23,16 @@ SLOW_SHARE = 0.5  # without any variable to name, half of it
 Data = tuple[Array, Array]  # residual (K, n) and variables (K, v)
 
 
-def leftover(training: Data, heldout: Data, variables: Sequence[str], error: float, per_band: float) -> Remaining:
+def leftover(
+    training: Data, heldout: Data, variables: Sequence[str], error: float, per_band: float, floor: Array | None = None
+) -> Remaining:
     """Learn the training residual as a free-form function of the motion; see what that predicts held out.
 
     ``variables`` names the v columns. One variable at a time, and pairs of them where no single one
     tells: a curve or surface that predicts the residual of another recording is structure. Its share
     of the residual's power, and the variables, are reported. What no variable tells may still be no
-    noise: ``per_band`` samples per period of the band's edge, its spectrum is asked.
+    noise: ``per_band`` samples per period of the band's edge, its spectrum is asked. ``floor`` (n,) is the root mean
+    square that the sensors' noise alone has in the band, where that is known from outside the band.
     """
     single = [(j,) for j in range(len(variables))]
     found = _best(training, heldout, variables, single, BINS, error)
@@ -39,20 +42,22 @@ def leftover(training: Data, heldout: Data, variables: Sequence[str], error: flo
     together = _best(training, heldout, variables, pairs, BINS_OF_PAIR, error)
     if together.structured:
         return together
-    share, p_value = slow_share(heldout[0], per_band)
+    share, p_value = slow_share(heldout[0], per_band, floor)
     return Remaining(error, True, share, None, p_value) if share > SLOW_SHARE and p_value < LEVEL else found
 
 
-def slow_share(residual: Array, per_band: float) -> tuple[float, float]:
+def slow_share(residual: Array, per_band: float, floor: Array | None = None) -> tuple[float, float]:
     """Share of the power that the lower half of the band has above the level of its upper half, and its p-value.
 
     Sensor noise is even over the band, or grows with frequency where positions were differentiated;
     a mismatch lives in the lower half of a band that was chosen to hold it twice over. ``residual``
     (K, n) has ``per_band`` samples per period of the band's edge. Level and scatter are those of
     Welch's spectrum: each bin is chi-squared with two degrees of freedom per independent segment.
+    What noise of the level ``floor`` (n,) would leave is no structure, however it is spread.
     """
     best = (0.0, 1.0)
-    for column in residual.T:
+    known = np.zeros(residual.shape[1]) if floor is None else floor
+    for column, level in zip(residual.T, known, strict=True):
         length = min(len(column), max(32, len(column) // 8))
         frequency, power = signal.welch(column, per_band, nperseg=length, detrend="constant")
         half = 0.5 + 2.0 * frequency[1]  # a line at the middle spreads over two bins of the window
@@ -63,7 +68,8 @@ def slow_share(residual: Array, per_band: float) -> tuple[float, float]:
         freedom = 2.0 * len(column) / length
         p_value = float(stats.f.sf(low.mean() / high.mean(), freedom * len(low), freedom * len(high)))
         excess = float(low.sum() - high.mean() * len(low))
-        best = max(best, (excess / float(power[frequency <= 1.0].sum()), min(1.0, p_value * residual.shape[1])))
+        share = min(excess / float(power[frequency <= 1.0].sum()), 1.0 - level**2 / float(np.mean(column**2)))
+        best = max(best, (share, min(1.0, p_value * residual.shape[1])))
     return best
 
 

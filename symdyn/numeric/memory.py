@@ -8,11 +8,32 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from symdyn.base import symbols
 from symdyn.emit.kernel import Kernel
+from symdyn.physics import catalogue
+from symdyn.physics.effect import MOVING, Effect, Values
+from symdyn.spec.places import places
+from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
 NUDGE = 1e-7  # of a state, for the slope of its rate
+
+
+def driven_states(robot: Robot) -> frozenset[str]:
+    """Hidden states that follow from the motion of the joints alone: those of friction that remembers."""
+    found = []
+    for effect in robot.effects:
+        law = catalogue()[effect.type]
+        moving = next(p.kind for p in places(robot) if p.address == effect.at) in MOVING
+        if not moving or law.input_unit() is not None or law.reference_unit() is not None:
+            continue
+        found += [f"{effect.at}.{state.name}" for state in law.hidden_states(_symbols(law))]
+    return frozenset(found)
+
+
+def _symbols(law: Effect) -> Values:
+    return {schema.name: symbols.local(schema.name) for schema in law.parameters}
 
 
 def remembered(kernel: Kernel, q: Array, qd: Array, time: Array, segments: tuple[slice, ...], p: Array) -> Array:

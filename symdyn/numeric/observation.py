@@ -10,6 +10,7 @@ from scipy import signal
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.memory import driven_states
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot
 
@@ -123,8 +124,9 @@ def _refuse_hidden(robot: Robot, kernel: Kernel) -> None:
         hint = "this version diagnoses rigid transmissions: fix the rotors to their joint (fixed_to_joint = true)"
         raise InputError(Problem("SD521", message, robot.where, hint))
     currents = {f"{j.name}.{j.drive.motor.at}.current" for j in robot.joints if j.drive and j.drive.motor}
-    memory = [name for name in kernel.states[2 * len(kernel.coordinates) :] if name not in currents]
+    known = currents | driven_states(robot)
+    memory = [name for name in kernel.states[2 * len(kernel.coordinates) :] if name not in known]
     if memory:
-        message = f"'{robot.name}' has states that no channel measures: {', '.join(memory)}"
-        hint = "this version diagnoses friction without memory: take the effects away that bring them"
+        message = f"'{robot.name}' has states that neither a channel nor the motion tells: {', '.join(memory)}"
+        hint = "take the effects away that bring them"
         raise InputError(Problem("SD521", message, robot.where, hint))

@@ -42,7 +42,7 @@ _BARE = {
 class Probe:
     """An effect in the coordinates of one joint alone knows nothing of the robot around it.
 
-    So one small kernel for all robots holds their laws; it is compiled once on a machine.
+    So small kernels for all robots hold their laws; they are compiled once on a machine.
     """
 
     kernel: Kernel
@@ -54,7 +54,8 @@ class Probe:
         plain = self.kernel.values
         p = plain.copy()
         for name, value in values.items():
-            p[self._index[f"{JOINT}_{effect}_{name}"]] = value
+            if f"{JOINT}_{effect}_{name}" in self._index:  # a whole number is no parameter
+                p[self._index[f"{JOINT}_{effect}_{name}"]] = value
         q, qd, qdd = (np.ascontiguousarray(a[:, [joint]]) for a in (seen.q, seen.qd, seen.qdd))
         batch = self.kernel.inverse_dynamics_p_batch
         required = (batch(q, qd, qdd, p) - batch(q, qd, qdd, plain))[:, 0]
@@ -63,27 +64,41 @@ class Probe:
         return np.asarray(required)
 
 
-def probes(proposed: Sequence[Candidate]) -> dict[Motion, Probe]:
-    """One for each kind of motion that occurs. All proposable effects are in it, so that it is always the same."""
-    return {motion: _probe(motion) for motion in dict.fromkeys(c.place.motion for c in proposed)}
+Key = tuple[Motion, str, tuple[tuple[str, float], ...]]  # kind of motion; an effect with its whole numbers, or none
 
 
-def _probe(motion: Motion) -> Probe:
-    robot = _loaded(motion)
+def key_of(candidate: Candidate) -> Key:
+    """The probe that holds a candidate's law."""
+    return candidate.place.motion, candidate.effect if candidate.counts else "", candidate.counts
+
+
+def probes(proposed: Sequence[Candidate]) -> dict[Key, Probe]:
+    """One for each kind of motion that occurs. All proposable effects are in it, so that it is always the same.
+
+    But effects with whole numbers: those have one each, for every choice of them.
+    """
+    return {key: _probe(*key) for key in dict.fromkeys(key_of(c) for c in proposed)}
+
+
+def _probe(motion: Motion, effect: str, counts: tuple[tuple[str, float], ...]) -> Probe:
+    robot = _loaded(motion, effect, dict(counts))
     kernel = compile_robot(robot).kernel()
     remembering = {e.type for e in robot.effects if type(catalogue()[e.type]).rates is not Effect.rates}
     index = {name: i for i, name in enumerate(kernel.parameters)}
     return Probe(kernel, frozenset(remembering), index)
 
 
-def _loaded(motion: Motion) -> Robot:
+def _loaded(motion: Motion, alone: str, counts: Mapping[str, float]) -> Robot:
     text = _BARE[motion]
-    for effect in catalogue().values():
+    for effect in [catalogue()[alone]] if alone else catalogue().values():
         if not effect.proposable or PlaceKind.JOINT not in effect.attaches_to or motion not in effect.motions:
+            continue
+        if not alone and any(schema.is_count for schema in effect.parameters):
             continue
         values = {}
         for schema in effect.parameters:
             value = schema.default if schema.null is None else schema.null
-            values[schema.name] = f"{1.0 if value is None else value} {schema.units[motion]}".removesuffix(" 1")
+            value = counts.get(schema.name, 1.0 if value is None else value)
+            values[schema.name] = f"{value} {schema.units[motion]}".removesuffix(" 1")
         text = add_effect(text, effect.identifier, JOINT, values)
     return robot_from_text(text, "probe.toml")

@@ -122,7 +122,7 @@ class _Walk:
         return float(np.sum((self.bench.residual(p) * self.weight) ** 2))
 
     def _white_variance(self) -> float:
-        return self.least / max(self.bench.effort.size - len(self.fitted.fit.names), 1)
+        return self.least / max(int(self.bench.effort.size) - len(self.fitted.fit.names), 1)
 
     def _inflation(self) -> float:
         """Variance of the estimate over that of one from white residuals of the same size.

@@ -98,6 +98,23 @@ def _triangle(design: Array, target: Array) -> Array:
     return np.asarray(linalg.qr(stacked, mode="r", check_finite=False)[0][: stacked.shape[1]])
 
 
+def likelier(before: Array, after: Array) -> tuple[float, float]:
+    """The same test for joints whose noise is of unknown size, (K, n): the gain is that of the log-likelihood.
+
+    Each joint's squares are taken over their logarithmic mean before and after, so that their fall is that of
+    the logarithm: a joint that was fitted well already does not outweigh the one where something is missing.
+    """
+    old, new = (np.mean(errors**2, axis=0) + 1e-300 for errors in (before, after))
+    ratio = np.log(old / new)
+    size = np.where(np.abs(ratio) > 1e-6, (old - new) / np.where(ratio == 0.0, 1.0, ratio), old)
+    return encompassing(before / np.sqrt(size), after / np.sqrt(size))
+
+
+def log_loss(errors: Array) -> float:
+    """Minus twice the log-likelihood per sample of errors (K, n) that is so measured, but for a constant."""
+    return float(np.sum(np.log(np.mean(errors**2, axis=0) + 1e-300)))
+
+
 def long_run_covariance(scores: Array) -> Array:
     """Newey-West: covariance of the mean of a correlated sequence (K, k), times K; Bartlett weights."""
     count = len(scores)

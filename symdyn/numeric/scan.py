@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import product
+from collections.abc import Sequence
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,35 +11,79 @@ from numpy.typing import NDArray
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.effect_schema import Scan
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 Array = NDArray[np.float64]
 
 SPEEDS = 24  # grid points over the speeds that occur
 DISTANCES = 16  # over the distances that are travelled
+ANGLES = 24  # of a turn
+SEVERAL = 0.4  # of those numbers, for an effect with several shape parameters
+SLOPE_STEP = 1e-4  # of a shape value
 SHORTEST = 1e-3  # of the travel: less is not told from a jump
 WAVES = 2.0  # that the travel must hold: what does not repeat cannot be called periodic
 FINENESS = 2.0  # orders tried per one that the travel can tell from its neighbours
 MANY = 50_000  # orders at most: a joint that only trembles would allow no end of them
+POSITIVE = frozenset(Scan) - {Scan.ANGLE, Scan.VALUES}  # scanned by ratios, and never zero
 PEAKS = 6  # orders of a periodogram that are looked at closely
+
+
+def axes(candidate: Candidate, joint: int, bench: Workbench) -> list[list[float]]:
+    """Values of each shape parameter to try, rising; fewer of each where there are several."""
+    seen = bench.observation
+    share = 1.0 if len(candidate.shapes) == 1 else SEVERAL
+    return [_axis(schema, seen, joint, bench.edge, share) for schema in candidate.shapes]
+
+
+def _axis(schema: ParameterSchema, seen: Observation, joint: int, edge: float, share: float) -> list[float]:
+    top = float(np.quantile(np.abs(seen.qd[:, joint]), 0.99))
+    travel = max(float(np.ptp(seen.q[:, joint])), 1e-12)
+    match schema.scan:
+        case Scan.SPEED:
+            values = np.geomspace(top / 200.0, top, round(share * SPEEDS)) if top > 0 else np.ones(1)
+        case Scan.SLOWNESS:
+            values = 1.0 / np.geomspace(10.0 * top, top / 10.0, 3) if top > 0 else np.ones(1)
+        case Scan.ANGLE_ORDER:
+            values = orders(seen, joint, edge)
+        case Scan.ANGLE:
+            values = np.linspace(-np.pi, np.pi, round(share * ANGLES) + 1)[1:]
+        case Scan.VALUES:
+            values = np.array(schema.tried)
+        case Scan.HEAT:
+            speed = float(np.sum(seen.qd[:, joint] ** 2)) * seen.sample_time
+            values = speed / np.array(schema.tried[::-1])
+        case Scan.HEATING:
+            values = np.array(schema.tried) / max(float(np.mean(seen.qd[:, joint] ** 2)), 1e-300)
+        case _:
+            values = np.geomspace(SHORTEST * travel, 0.5 * travel, round(share * DISTANCES))
+            values = 1.0 / values[::-1] if schema.scan is Scan.STEEPNESS else values
+    return [float(v) for v in values]
 
 
 def grid(candidate: Candidate, joint: int, bench: Workbench) -> list[tuple[float, ...]]:
     """Values of the shape parameters to try; one empty tuple for effects without any."""
-    seen = bench.observation
-    axes = []
-    for schema in candidate.shapes:
-        if schema.scan is Scan.SPEED:
-            top = float(np.quantile(np.abs(seen.qd[:, joint]), 0.99))
-            values = np.geomspace(top / 200.0, top, SPEEDS) if top > 0 else np.ones(1)
-        elif schema.scan is Scan.ANGLE_ORDER:
-            values = orders(seen, joint, bench.edge)
-        else:
-            travel = max(float(np.ptp(seen.q[:, joint])), 1e-12)
-            values = np.geomspace(SHORTEST * travel, 0.5 * travel, DISTANCES)
-            values = 1.0 / values[::-1] if schema.scan is Scan.STEEPNESS else values
-        axes.append([float(v) for v in values])
-    return list(product(*axes))
+    return list(product(*axes(candidate, joint, bench)))
+
+
+def room(schema: ParameterSchema, axis: Sequence[float], middle: float) -> tuple[float, float]:
+    """Between which a fit may move a shape parameter that the scan found at ``middle``.
+
+    Within the scan, and not much beyond the neighbours on its grid; of an order, down to one whole wave.
+    """
+    step = max(b / a if schema.scan in POSITIVE else b - a for a, b in pairwise((*axis[:1], *axis)))
+    if schema.scan is Scan.ANGLE:
+        return middle - 2.0 * step, middle + 2.0 * step
+    low, high = axis[0], axis[-1]
+    if schema.scan not in POSITIVE:
+        return low, high
+    factor = max(2.0, step)
+    low /= WAVES if schema.scan is Scan.ANGLE_ORDER else 1.0
+    return max(low, middle / factor), min(high, middle * factor)
+
+
+def nudge(schema: ParameterSchema, value: float) -> float:
+    """A small change of a shape parameter, for a slope."""
+    return SLOPE_STEP * (abs(value) if schema.scan in POSITIVE else max(abs(value), 1.0, *schema.tried))
 
 
 def orders(seen: Observation, joint: int, edge: float) -> Array:

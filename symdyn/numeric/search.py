@@ -11,12 +11,15 @@ from scipy import optimize
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.regression import RANK_TOLERANCE, encompassing
+from symdyn.numeric.regression import RANK_TOLERANCE, likelier, log_loss
 from symdyn.numeric.scan import grid, screened
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 Array = NDArray[np.float64]
 
 FOLDS = 8  # contiguous blocks, so that a block's neighbours do not give it away
+LEAST = 1e-4  # of its power, that a force must take off the error beyond another to be preferred to a smaller one
+ROUNDS = 2  # over the shape parameters of an effect with several, one after the other
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
 EARNS = 0.03  # an effect that takes less than this part off the error is not worth a line in a model
 SAME = 1e-3  # part of a law that another one must leave for the two to differ; noise hides less
@@ -32,20 +35,25 @@ class Trial:
     tests: int  # how many shape values were tried
     estimate: Array  # of its linear parameters, all training data
     errors: Array  # (K, n), weighted
-    gain: float  # mean loss before less mean loss after
+    gain: float  # of the log-likelihood per sample, doubled
     p_value: float  # of "no gain", one-sided
 
     @property
     def loss(self) -> float:
-        return float(np.mean(self.errors**2))
+        return log_loss(self.errors)
 
     @property
     def admissible(self) -> bool:
         """Within the bounds of its parameters: friction that drives is no friction."""
-        return all(
-            (s.lower is None or value >= s.lower) and (s.upper is None or value <= s.upper)
-            for s, value in zip(self.candidate.linear, self.estimate, strict=True)
-        )
+        return within(self.candidate.linear, self.estimate)
+
+
+def within(schemas: Sequence[ParameterSchema], values: Array) -> bool:
+    """Whether values are within the bounds of their parameters."""
+    return all(
+        (s.lower is None or value >= s.lower) and (s.upper is None or value <= s.upper)
+        for s, value in zip(schemas, values, strict=True)
+    )
 
 
 class Search:
@@ -76,8 +84,16 @@ class Search:
         columns = self._columns(candidate, shapes)
         estimate = self._solve(columns, self.laws.joint(candidate))
         errors = self._cross_validated(self._orthonormal(columns, self.laws.joint(candidate)))
-        gain, p_value = encompassing(self.errors, errors)
+        gain, p_value = likelier(self.errors, errors)
         return Trial(candidate, shapes, len(values), estimate, errors, gain, p_value)
+
+    def errors_with(self, columns: Array) -> Array:
+        """(K, n) cross-validated errors with columns (K, n, k) that act at all joints, unweighted."""
+        flat = (columns * self.weight[:, None]).reshape(-1, columns.shape[2])
+        basis = self._basis.reshape(len(flat), -1)
+        return self._cross_validated(
+            _orthonormal(flat - basis @ (basis.T @ flat), flat).reshape(*columns.shape[:2], -1)
+        )
 
     def contains(self, larger: Trial, smaller: Trial) -> bool:
         """Whether one candidate's law is the other's with more freedom, on this recording."""
@@ -97,9 +113,9 @@ class Search:
         tried = screened(candidate, values, self._left[:, joint], joint, self.laws.bench)
         losses = [self._training_loss(candidate, value) for value in tried]
         best, lowest = tried[int(np.argmin(losses))], min(losses)
-        for i in range(len(best)):
+        for i in list(range(len(best))) * (1 if len(best) == 1 else ROUNDS):
             axis = sorted({value[i] for value in values})
-            at = axis.index(best[i]) if best[i] in axis else 0
+            at = int(np.argmin(np.abs(np.array(axis) - best[i])))
             low, high = axis[max(at - 1, 0)], axis[min(at + 1, len(axis) - 1)]
             if high <= low:
                 continue
@@ -115,10 +131,18 @@ class Search:
         return best
 
     def _training_loss(self, candidate: Candidate, shapes: tuple[float, ...]) -> float:
-        """Loss on all training data less that of the current explanation: what the columns take off it."""
+        """Loss on all training data less that of the current explanation: what the columns take off it.
+
+        A direction that asks for a negative size is the opposite one. Where the model's own parameters take part of
+        it up, many directions do as well: the one that asks for the least force is meant.
+        """
         columns = self._columns(candidate, shapes)
         joint = self.laws.joint(candidate)
-        return -float(np.sum((self._orthonormal(columns, joint) * self._left[:, :, None]).sum(axis=(0, 1)) ** 2))
+        gain = float(np.sum((self._orthonormal(columns, joint) * self._left[:, :, None]).sum(axis=(0, 1)) ** 2))
+        if all(s.scan is not Scan.ANGLE for s in candidate.shapes):
+            return -gain
+        size = self._solve(columns, joint)
+        return LEAST * float(np.sum((columns @ size) ** 2)) - gain if within(candidate.linear, size) else 0.0
 
     def _columns(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
         """(K, k) weighted, at the candidate's joint."""
@@ -133,10 +157,7 @@ class Search:
     def _orthonormal(self, columns: Array, joint: int) -> Array:
         """(K, n, r) an orthonormal basis of that."""
         apart = self._apart(columns, joint)
-        flat = apart.reshape(-1, apart.shape[2])
-        size = np.linalg.norm(columns, axis=0) + 1e-300
-        vectors, values, _ = np.linalg.svd(flat / size, full_matrices=False)
-        return np.asarray(vectors[:, values > RANK_TOLERANCE].reshape(*apart.shape[:2], -1))
+        return _orthonormal(apart.reshape(-1, apart.shape[2]), columns).reshape(*apart.shape[:2], -1)
 
     def _solve(self, columns: Array, joint: int) -> Array:
         apart = self._apart(columns, joint)
@@ -167,6 +188,13 @@ class Search:
             split = base.shape[2]
             errors[block] = self.target[block] - base @ estimate[:split] - more @ estimate[split:]
         return errors
+
+
+def _orthonormal(apart: Array, columns: Array) -> Array:
+    """A basis of what is left of columns, of (m, k); what is nothing beside their own length is left out."""
+    size = np.linalg.norm(columns, axis=0) + 1e-300
+    vectors, values, _ = np.linalg.svd(apart / size, full_matrices=False)
+    return np.asarray(vectors[:, values > RANK_TOLERANCE])
 
 
 def rank(
@@ -203,4 +231,4 @@ def _tied(search: Search, trial: Trial, best: Trial, level: float) -> bool:
         sizes = [float(np.sum(t.errors[:, joint] ** 2)) for t in (trial, best)]
         if sizes[1] > (1.0 - EARNS) ** 2 * sizes[0]:
             return True
-    return encompassing(trial.errors, best.errors)[1] > (level if search.contains(best, trial) else TIE)
+    return likelier(trial.errors, best.errors)[1] > (level if search.contains(best, trial) else TIE)

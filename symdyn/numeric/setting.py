@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
-from symdyn.numeric.explanation import Case, Explanation, own_parameters
+from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.observation import observe
-from symdyn.numeric.probe import Probe, probes
+from symdyn.numeric.observation import Observation, observe
+from symdyn.numeric.probe import Key, Probe, probes
+from symdyn.numeric.readings import Reading, declared, read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.records import Motion, Robot
+from symdyn.spec.records import Robot
 
 DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
 
@@ -26,20 +27,44 @@ class Setting:
     robot: Robot
     kernel: Kernel
     own: tuple[str, ...]  # the model's own parameters that a fit moves
-    probes: Mapping[Motion, Probe]
+    probes: Mapping[Key, Probe]
     proposed: tuple[Candidate, ...]
     training: Recording
     heldout: Recording
-    whole: Laws  # training, without an analysis band
+    seen: Observation  # training, as its channels show it, without an analysis band
+    readings: tuple[Reading, ...]  # of each joint
+    revised: tuple[Revised, ...] = ()  # what readings and robot were told wrong
+    _shown: dict[tuple[str, float], Observation] = field(default_factory=dict)  # by recording and band
+
+    @property
+    def joints(self) -> list[str]:
+        return [joint.name for joint in self.robot.joints]
+
+    @property
+    def whole(self) -> Laws:
+        """Training, without an analysis band."""
+        return Laws(self.probes, Workbench(self.kernel, read(self.seen, self.readings)), self.joints)
 
     def case(self, cutoff: float, motion: float | None = None) -> Case:
         """Both recordings in the band below ``cutoff`` Hz; ``motion`` is that of the positions, the same if None.
 
         An effort that follows the angle may change far more quickly than the motion itself is seen to.
         """
-        room = DERIVATIVE_ROOM * (cutoff if motion is None else motion)
-        training, heldout = (self._laws(recording, cutoff, room) for recording in (self.training, self.heldout))
-        return Case(self.robot, training, heldout, self.own)
+        room = self._room(cutoff, motion)
+        return Case(self.robot, self._laws(True, cutoff, room), self._laws(False, cutoff, room), self.own, self.revised)
+
+    def training_laws(self, cutoff: float, motion: float | None = None) -> Laws:
+        """Those of the case, without the other recording."""
+        return self._laws(True, cutoff, self._room(cutoff, motion))
+
+    def _room(self, cutoff: float, motion: float | None) -> float:
+        """Hz below which positions are differentiated: a band that is wider than the motion would let their noise in."""
+        return DERIVATIVE_ROOM * cutoff if motion is None else min(DERIVATIVE_ROOM * motion, self.seen.cutoff)
+
+    def with_revision(self, revised: Revised) -> Setting:
+        """In place of what was revised there before."""
+        others = tuple(r for r in self.revised if (r.effect, r.place) != (revised.effect, revised.place))
+        return replace(self, revised=(*others, revised))
 
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""
@@ -51,13 +76,17 @@ class Setting:
 
     def left(self, current: Explanation) -> float:
         """Edge (Hz) of the band that holds what an explanation leaves."""
-        case = Case(self.robot, self.whole, self.whole, self.own)
-        seen = self.whole.bench.observation
-        return analysis_band(case.residual(self.whole, current), seen, 0.4 * seen.rate).cutoff
+        whole = self.whole
+        case, seen = Case(self.robot, whole, whole, self.own), whole.bench.observation
+        return analysis_band(case.residual(whole, current), seen, 0.4 * seen.rate).cutoff
 
-    def _laws(self, recording: Recording, cutoff: float, room: float) -> Laws:
-        seen = observe(self.robot, self.kernel, recording, room)
-        return Laws(self.probes, Workbench(self.kernel, seen, band_of(cutoff, seen.rate)), self.whole.joints)
+    def _laws(self, training: bool, cutoff: float, room: float) -> Laws:
+        key = "training" if training else "heldout", room
+        if key not in self._shown:
+            recording = self.training if training else self.heldout
+            self._shown[key] = observe(self.robot, self.kernel, recording, room)
+        seen = read(self._shown[key], self.readings)
+        return Laws(self.probes, Workbench(self.kernel, seen, band_of(cutoff, seen.rate)), self.joints)
 
 
 def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Callable[[str], None]) -> Setting:
@@ -65,6 +94,6 @@ def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Cal
     proposed = candidates(robot)
     progress(f"deriving and compiling {robot.name}, and {len(proposed)} candidate effects")
     kernel, known = compile_robot(robot).kernel(), probes(proposed)
-    bench = Workbench(kernel, observe(robot, kernel, training))
-    whole = Laws(known, bench, [joint.name for joint in robot.joints])
-    return Setting(robot, kernel, own_parameters(robot, bench), known, proposed, training, heldout, whole)
+    seen, readings = observe(robot, kernel, training), declared(robot)
+    own = own_parameters(robot, Workbench(kernel, read(seen, readings)))
+    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)

@@ -54,14 +54,14 @@ def effort_skew(case: Case, of: Explanation) -> Skew:
     return Skew(delay, float(found.standard_error[0]), share, after, encompassing(before, after)[1])
 
 
-def check_skew(case: Case, given: Explanation, final: Explanation) -> Skew | None:
+def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) -> Skew | None:
     """The skew that would tell part of what is left, if any.
 
     Raises BadRecording (SD529) where one number, the skew, tells four fifths of the residual of the
     model as given, and more than all findings together: what was found is the skew in disguise.
     """
-    skew = effort_skew(case, given)
-    if _certain(case, skew) and skew.share > MOST:
+    skew = effort_skew(first, given)
+    if _certain(first, skew) and skew.share > MOST:
         gain, p_value = encompassing(final.heldout * given.weight, skew.heldout)
         if gain > 0.0 and p_value < LEVEL:
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
@@ -86,4 +86,4 @@ def _derivative(workbench: Workbench) -> Array:
     slope = np.zeros_like(o.tau)
     for part in o.segments:
         slope[part] = np.gradient(o.tau[part], o.time[part], axis=0)
-    return workbench.bring(slope)
+    return np.asarray(workbench.bring(slope) * workbench.moving)

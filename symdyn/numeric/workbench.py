@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,12 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import Band
 from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.rest import MOSTLY, touched
 from symdyn.numeric.span import Span, find_span
 
 Array = NDArray[np.float64]
+
+SLOPE_STEP = 1e-5  # of a parameter, where hidden states depend on it
 
 
 class Workbench:
@@ -25,7 +29,10 @@ class Workbench:
         o = observation
         whole = np.ascontiguousarray
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
-        self.effort = self.bring(o.tau)
+        standing = touched(o, self.bring)
+        judged = ~standing | (np.mean(standing, axis=0) > MOSTLY)
+        self.moving: Array = judged.astype(float)  # (K, n) 0 where a joint stands: dry friction may be anything there
+        self.effort: Array = self.bring(o.tau) * self.moving
         self.reference = self._reference()  # (K, n) what errors are compared with
         self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
         self._spans: dict[tuple[str, ...], tuple[Span, Array]] = {}
@@ -44,7 +51,7 @@ class Workbench:
         rest, p = np.zeros_like(q), self.kernel.values
         inertial = self.kernel.inverse_dynamics_p_batch(q, rest, qdd, p)
         inertial = inertial - self.kernel.inverse_dynamics_p_batch(q, rest, rest, p)
-        return np.where(idle, self.bring(inertial), self.effort)
+        return np.asarray(np.where(idle, self.bring(inertial) * self.moving, self.effort))
 
     def raw_residual(self, p: Array, speed: Array | None = None) -> Array:
         """(N, n) measured effort less inverse dynamics, over the full band; ``speed`` (N, n) instead of the measured.
@@ -58,13 +65,34 @@ class Workbench:
         return o.tau - required
 
     def residual(self, p: Array) -> Array:
-        """(K, n) the same in the analysis band."""
-        return self.bring(self.raw_residual(p))
+        """(K, n) the same in the analysis band, where the joints move."""
+        return np.asarray(self.bring(self.raw_residual(p)) * self.moving)
 
     def columns(self, p: Array, names: Sequence[str]) -> Array:
         """(K, n, k) d inverse dynamics / d parameter, in the analysis band."""
         jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
-        return self.bring(np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]]))
+        chosen = np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]])
+        for i in [i for i, name in enumerate(names) if name in self._lasting]:
+            chosen[:, :, i] -= self._slope_of_memory(p, self.index[names[i]])
+        return np.asarray(self.bring(chosen) * self.moving[:, :, None])
+
+    @cached_property
+    def _lasting(self) -> frozenset[str]:
+        """Parameters that the forces of hidden states depend on."""
+        if not self._remembers:
+            return frozenset()
+        p = self.kernel.values
+        return frozenset(n for n, i in self.index.items() if np.any(self._slope_of_memory(p, i)))
+
+    def _slope_of_memory(self, p: Array, i: int) -> Array:
+        """(N, n) by central difference."""
+        o, ends = self.observation, []
+        step = SLOPE_STEP * max(abs(p[i]), SLOPE_STEP)
+        for side in (step, -step):
+            moved = p.copy()
+            moved[i] += side
+            ends.append(remembered(self.kernel, o.q, o.qd, o.time, o.segments, moved))
+        return np.asarray((ends[0] - ends[1]) / (2.0 * step))
 
     def span(self, names: Sequence[str]) -> tuple[Span, Array]:
         """The fixed columns (K, n, r), in the analysis band, of which inverse dynamics is a sum."""
@@ -77,7 +105,7 @@ class Workbench:
                 if mine:
                     jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
                     raw[:, :, mine] = jacobian[:, :, [self.index[key[span.sources[i][1]]] for i in mine]]
-            self._spans[key] = span, self.bring(raw)
+            self._spans[key] = span, self.bring(raw) * self.moving[:, :, None]
         return self._spans[key]
 
     def fitted(self, p: Array, names: Sequence[str]) -> tuple[Array, Array]:

@@ -116,6 +116,7 @@ class Effect(ABC):
     signature: ClassVar[str] = ""  # how it shows in a recording, for people
     rivals: ClassVar[tuple[str, ...]] = ()  # effects that look alike in many recordings
     builds_on: ClassVar[str | None] = None  # the effect at the same place that this one is a correction of
+    generalises: ClassVar[tuple[str, ...]] = ()  # effects at the same place that it contains, nearly or exactly
     dissipative: ClassVar[bool] = False  # never gives more energy than it was given before (tested)
     proposable: ClassVar[bool] = False  # a diagnosis may propose it where it is missing
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +53,17 @@ def add_effect(text: str, type: str, at: str, values: Mapping[str, str], comment
     return _checked(f"{text.rstrip()}\n\n{tomlkit.dumps(appended).strip()}\n".lstrip("\n"))
 
 
+def set_effect(text: str, type: str, at: str, values: Mapping[str, str], comment: str = "") -> str:
+    """The effect of this type at this place with these values: its block changed, or a new one appended."""
+    document = tomlkit.parse(_checked(text))
+    block = next((e for e in document.get("effect", ()) if e.get("type") == type and e.get("at") == at), None)
+    if block is None:
+        return add_effect(text, type, at, values, comment)
+    for key, value in values.items():
+        block[key] = value
+    return _checked(tomlkit.dumps(document))
+
+
 def free_rotor(text: str, robot: Robot, joint: str, rotor: str, shaft: Mapping[str, str]) -> str:
     """Let a rotor that is fixed to its joint turn by itself, on a shaft to the joint (a row of ``shafts``).
 
@@ -72,6 +83,13 @@ def free_rotor(text: str, robot: Robot, joint: str, rotor: str, shaft: Mapping[s
     if "shafts" not in drive:
         drive["shafts"] = tomlkit.array()
     drive["shafts"].append(inline)
+    return _checked(tomlkit.dumps(document))
+
+
+def set_gravity(text: str, gravity: Sequence[float]) -> str:
+    """Give the robot another gravity (3,), in m/s^2, as plain numbers."""
+    document = tomlkit.parse(_checked(text))
+    document["robot"]["gravity"] = [float(value) for value in gravity]
     return _checked(tomlkit.dumps(document))
 
 

@@ -17,6 +17,12 @@ class Scan(StrEnum):
     ANGLE_ORDER = "angle_order"  # waves per revolution (or per metre times 2 pi)
     DISPLACEMENT = "displacement"  # a distance: up to that which the recording travels
     STEEPNESS = "steepness"  # one over a distance
+    SLOWNESS = "slowness"  # one over a speed
+    ANGLE = "angle"  # a direction: the whole turn
+    VALUES = "values"  # a plain ratio: the values in ``tried``
+    HEAT = "heat"  # a heat capacity per coefficient of viscous friction, by the rises in ``tried`` at the end
+    HEATING = "heating"  # a thermal resistance times that, by the rises in ``tried`` after very long
+    ASSUMED = "assumed"  # not at all: motion and effort tell only its product with another one; ``tried`` holds it
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +41,8 @@ class ParameterSchema:
     is_count: bool = False  # a whole number that decides the structure, and is no parameter either
     scan: Scan = Scan.NONE
     relative_to: str | None = None  # the scan is of the ratio to that parameter, which scales the effect as a whole
+    inversely: bool = False  # of the product with it, then
+    tried: tuple[float, ...] = ()  # of a plain ratio, a count, or what is assumed
 
 
 @dataclass(frozen=True, slots=True)

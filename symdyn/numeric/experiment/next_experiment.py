@@ -19,12 +19,13 @@ from symdyn.numeric.experiment.motions import Family, Motion
 from symdyn.numeric.experiment.searching import feasible
 from symdyn.numeric.experiment.separation import Noise
 from symdyn.numeric.experiment.words import hidden_words, identifying_words, separation_words
-from symdyn.numeric.findings import Diagnosis, NextExperiment
+from symdyn.numeric.findings import Diagnosis, Finding, NextExperiment
 from symdyn.numeric.fitting import joint_weight
 from symdyn.numeric.observation import Observation, observe
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import catalogue, load_dependent
+from symdyn.spec.effect_schema import Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import EffectSpec, Monomial, Parameter, Robot
 
@@ -156,9 +157,16 @@ def _question(diagnosis: Diagnosis) -> tuple[Robot, Robot | None, tuple[tuple[st
             rival = _exchanged(robot, (finding.effect, finding.place), others[0])
             return robot, rival, ((finding.effect, finding.place), others[0])
     for finding in diagnosis.findings:
-        if any(estimate.se is None for estimate in finding.parameters.values()):
+        if any(finding.parameters[name].se is None for name in _can_be_told(finding)):
             return robot, None, ()
     return None
+
+
+def _can_be_told(finding: Finding) -> list[str]:
+    """Its parameters, but for those that no motion would tell, and that were assumed."""
+    schemas = catalogue()[finding.effect].parameters
+    assumed = {schema.name for schema in schemas if schema.is_count or schema.scan is Scan.ASSUMED}
+    return [name for name in finding.parameters if name not in assumed]
 
 
 def _exchanged(robot: Robot, old: tuple[str, str], new: tuple[str, str]) -> Robot:
@@ -173,6 +181,9 @@ def _exchanged(robot: Robot, old: tuple[str, str], new: tuple[str, str]) -> Robo
         name = f"{new[1].replace('.', '_')}_{new[0]}_{schema.name}"
         while name in taken:
             name += "_"
+        if schema.is_count:
+            values.append((schema.name, Monomial(Fraction(schema.tried[0]), ())))
+            continue
         null = 1.0 if schema.null is None else schema.null
         parameters.append(Parameter(name, null, schema.units[place.motion], schema.latex, schema.meaning))
         values.append((schema.name, Monomial(Fraction(1), ((name, 1),))))

@@ -8,7 +8,7 @@ from typing import final
 import sympy as sp
 
 from symdyn.physics.effect import DISPLACEMENT, EFFORT, MECHANICAL, Effect, HiddenState, Port, Rate, Values, same_unit
-from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 
 @final
@@ -25,17 +25,43 @@ class BoucWenHysteresis(Effect):
     parameters = (
         ParameterSchema("level", EFFORT, "F_h", "half the height of the loop", lower=0.0),
         ParameterSchema(
-            "yield_displacement", DISPLACEMENT, "D", "level over initial stiffness", null=None, lower=1e-12
+            "yield_displacement",
+            DISPLACEMENT,
+            "D",
+            "level over initial stiffness",
+            null=None,
+            lower=1e-12,
+            scan=Scan.DISPLACEMENT,
         ),
-        ParameterSchema("shape", same_unit("1"), r"\beta", "1: unloading as steep as loading began", None, lower=0.5),
         ParameterSchema(
-            "exponent", same_unit("1"), "n", "sharpness of the corners", None, 1.0, 9.0, default=1.0, is_count=True
+            "shape",
+            same_unit("1"),
+            r"\beta",
+            "1: unloading as steep as loading began",
+            null=None,
+            lower=0.5,
+            scan=Scan.VALUES,
+            tried=(0.5, 0.75, 1.0, 2.0),
+        ),
+        ParameterSchema(
+            "exponent",
+            same_unit("1"),
+            "n",
+            "sharpness of the corners",
+            null=None,
+            lower=1.0,
+            upper=9.0,
+            default=1.0,
+            is_count=True,
+            tried=(1.0, 2.0, 3.0),
         ),
     )
     source = "Wen 1976; normalised by Ikhouane and Rodellar 2007, Systems with Hysteresis"
     signature = "residual is a loop over position (at a shaft: over twist), the same at any speed"
     rivals = ("dahl_friction", "lugre_friction", "coulomb_friction")
+    generalises = ("coulomb_friction", "dahl_friction")
     dissipative = True
+    proposable = True
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
         return (HiddenState("hysteresis", "1", "w"),)

@@ -43,6 +43,7 @@ class DahlFriction(Effect):
     source = "Dahl 1968, A solid friction model (exponent 1)"
     signature = "residual depends on the distance since the last reversal"
     rivals = ("coulomb_friction", "lugre_friction", "bouc_wen_hysteresis")
+    generalises = ("coulomb_friction",)
     dissipative = True
     proposable = True
 

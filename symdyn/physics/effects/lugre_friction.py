@@ -20,7 +20,7 @@ from symdyn.physics.effect import (
     Rate,
     Values,
 )
-from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 
 @final
@@ -36,18 +36,52 @@ class LuGreFriction(Effect):
     title = "LuGre friction"
     attaches_to = MECHANICAL
     parameters = (
-        ParameterSchema("stiffness", STIFFNESS, r"\sigma_0", "stiffness of the bristles", lower=0.0),
-        ParameterSchema("damping", DAMPING, r"\sigma_1", "damping of the bristles", lower=0.0),
-        ParameterSchema("level", EFFORT, "F_c", "Coulomb friction", null=None, lower=1e-12),
-        ParameterSchema("excess", EFFORT, "F_s", "excess over it at zero speed", null=None, lower=0.0),
         ParameterSchema(
-            "stribeck_velocity", SPEED, "v_s", "speed at which the excess has decayed to 1/e", null=None, lower=1e-12
+            "stiffness",
+            STIFFNESS,
+            r"\sigma_0",
+            "stiffness of the bristles",
+            lower=0.0,
+            scan=Scan.STEEPNESS,
+            relative_to="level",
+        ),
+        ParameterSchema(
+            "damping",
+            DAMPING,
+            r"\sigma_1",
+            "damping of the bristles",
+            lower=0.0,
+            scan=Scan.SLOWNESS,
+            relative_to="level",
+        ),
+        ParameterSchema("level", EFFORT, "F_c", "Coulomb friction", null=None, lower=1e-12),
+        ParameterSchema(
+            "excess",
+            EFFORT,
+            "F_s",
+            "excess over it at zero speed",
+            null=None,
+            lower=0.0,
+            scan=Scan.VALUES,
+            relative_to="level",
+            tried=(0.2, 0.5, 1.0),
+        ),
+        ParameterSchema(
+            "stribeck_velocity",
+            SPEED,
+            "v_s",
+            "speed at which the excess has decayed to 1/e",
+            null=None,
+            lower=1e-12,
+            scan=Scan.SPEED,
         ),
     )
     source = "Canudas de Wit, Olsson, Astrom, Lischinsky 1995, A new model for control of systems with friction"
     signature = "residual depends on the distance since the last reversal, not on the sign of speed alone"
     rivals = ("stribeck_friction", "dahl_friction", "bouc_wen_hysteresis")
+    generalises = ("coulomb_friction", "stribeck_friction", "dahl_friction")
     dissipative = True
+    proposable = True
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
         return (HiddenState("bristle_deflection", DISPLACEMENT, "z"),)

@@ -8,28 +8,61 @@ from typing import final
 import sympy as sp
 
 from symdyn.physics.effect import DAMPING, MECHANICAL, Effect, HiddenState, Port, Rate, Values, same_unit
-from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 
 @final
 class WarmUpFriction(Effect):
-    """F_v exp(-T / T_0) v, where T is the temperature above that of the surroundings: C dT/dt = heat - T / R_T."""
+    """F_v exp(-T / T_0) v, where T is the temperature above that of the surroundings: C dT/dt = heat - T / R_T.
+
+    Without a thermometer T_0 C and T_0 / R_T are all that shows; a diagnosis takes T_0 as known.
+    """
 
     identifier = "warm_up_friction"
     title = "warm-up friction"
     attaches_to = MECHANICAL
     parameters = (
         ParameterSchema("coefficient", DAMPING, "F_w", "force per speed when cold", lower=0.0),
-        ParameterSchema("temperature_scale", same_unit("K"), "T_0", "rise that thins to 1/e", null=None, lower=1e-12),
-        ParameterSchema("heat_capacity", same_unit("J/K"), "C_T", "heat per temperature", null=None, lower=1e-12),
         ParameterSchema(
-            "thermal_resistance", same_unit("K/W"), "R_T", "temperature per heat flow outwards", null=None, lower=1e-12
+            "temperature_scale",
+            same_unit("K"),
+            "T_0",
+            "rise that thins to 1/e",
+            null=None,
+            lower=1e-12,
+            scan=Scan.ASSUMED,
+            tried=(25.0,),
+        ),
+        ParameterSchema(
+            "heat_capacity",
+            same_unit("J/K"),
+            "C_T",
+            "heat per temperature",
+            null=None,
+            lower=1e-12,
+            scan=Scan.HEAT,
+            relative_to="coefficient",
+            tried=(5.0, 12.0, 25.0, 50.0, 125.0),
+        ),
+        ParameterSchema(
+            "thermal_resistance",
+            same_unit("K/W"),
+            "R_T",
+            "temperature per heat flow outwards",
+            null=None,
+            lower=1e-12,
+            scan=Scan.HEATING,
+            relative_to="coefficient",
+            inversely=True,
+            tried=(12.0, 25.0, 50.0, 250.0),
         ),
     )
     source = "Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010, An extended friction model"
     signature = "residual proportional to speed that fades over minutes of motion"
     rivals = ("viscous_friction",)
+    generalises = ("viscous_friction",)
     dissipative = True
+    proposable = True
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
         return (HiddenState("temperature_rise", "K", "T"),)

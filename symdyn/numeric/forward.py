@@ -1,0 +1,137 @@
+"""Forward selection: one missing effect after the other, chosen on training data, confirmed on held-out data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.explanation import LEVEL, Explanation, ready
+from symdyn.numeric.findings import Alternative
+from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
+from symdyn.numeric.regression import likelier, log_loss
+from symdyn.numeric.revision import Revision
+from symdyn.numeric.search import Search, Trial, rank
+
+Progress = Callable[[str], None]
+
+MAX_FINDINGS = 6  # per joint
+ALTERNATIVES = 3  # shown per step
+BEST = 3  # effects that a revision must explain more than
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RevisionTrial:
+    """A revision, tried to first order: which of its values, and the error that it would leave."""
+
+    revision: Revision
+    tried: int
+    tests: int
+    loss: float
+    p_value: float  # of "no gain"
+    beyond: float  # of "no better than the best effect"
+    matches: float  # of "no worse than that"
+
+
+def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
+    """Effect after effect, until none earns its place any more; ``open_`` revisions compete with them."""
+    while len(inquiry.findings) < MAX_FINDINGS * len(inquiry.case.joints):
+        case, current = inquiry.case, inquiry.current
+        search = Search(case.laws, current.training, current.design, current.weight)
+        proposed = ready(inquiry.setting.proposed, case.robot, current.effects)
+        earning, refused = rank(search, proposed, LEVEL, _counted(progress, len(inquiry.findings) + 1))
+        inquiry = inquiry.noting(
+            *(f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused)
+        )
+        revised = _revised(inquiry, search, open_, sorted(earning, key=lambda t: t.loss)[:BEST], progress)
+        if revised is not None:
+            inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
+        else:
+            step, refusals = first_that_earns(inquiry, earning)
+            inquiry = inquiry.noting(*refusals)
+            if step is None:
+                return inquiry
+            trial, better = step
+            others = _alternatives(inquiry, earning, trial)
+            finding = finding_of(case, trial.candidate, current, better, others)
+            inquiry = replace(inquiry, current=better, findings=(*inquiry.findings, finding))
+        progress(f"found: {inquiry.findings[-1].title} at {inquiry.findings[-1].place}")
+    return inquiry
+
+
+def first_that_earns(
+    inquiry: Inquiry, earning: Sequence[Trial], base: Explanation | None = None
+) -> tuple[tuple[Trial, Explanation] | None, list[str]]:
+    """The best candidate that held-out data confirm, fitted on top of ``base`` (or what stands), and the refusals."""
+    case, current, refusals = inquiry.case, inquiry.current, []
+    base = current if base is None else base
+    for trial in earning:
+        label = trial.candidate.label
+        try:
+            better = case.explain((*base.found, (trial.candidate, trial.shapes)), base)
+        except NumericalError:
+            refusals.append(f"{label} could not be fitted: it does not settle")
+            continue
+        if not case.certain(trial.candidate, better):
+            refusals.append(f"{label} lowers the error, but its size cannot be told from zero")
+        elif case.earns(current, better):
+            return (trial, better), refusals
+        else:
+            refusals.append(f"{label} fits the training data better, but not the held-out data")
+    return None, refusals
+
+
+def _counted(progress: Progress, step: int) -> Progress:
+    return lambda what: progress(f"step {step}: {what}")
+
+
+def _alternatives(inquiry: Inquiry, earning: Sequence[Trial], chosen: Trial) -> tuple[Alternative, ...]:
+    """What else would have earned this step, and the held-out error it would have left."""
+    case, current, found = inquiry.case, inquiry.current, []
+    for trial in [t for t in earning if t is not chosen][:ALTERNATIVES]:
+        try:
+            other = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
+        except NumericalError:
+            continue
+        found.append(Alternative(trial.candidate.effect, trial.candidate.place.address, case.errors(other).heldout))
+    return tuple(found)
+
+
+def tried_revisions(
+    inquiry: Inquiry, search: Search, open_: Sequence[Revision], best: Sequence[Trial], progress: Progress
+) -> list[RevisionTrial]:
+    """Every revision at the best of its values."""
+    found = []
+    for revision in open_:
+        progress(revision.label)
+        errors = [search.errors_with(columns) for columns in revision.columns(inquiry)]
+        losses = [log_loss(e) for e in errors]
+        at = min(range(len(errors)), key=losses.__getitem__)
+        gain, p_value = likelier(search.errors, errors[at])
+        beyond = max((likelier(t.errors, errors[at])[1] for t in best), default=0.0)
+        p_value, matches = (p_value, 1.0) if gain > 0 else (1.0, 0.0)
+        if best and gain > 0:
+            matches = min(likelier(errors[at], t.errors)[1] for t in best)
+        found.append(RevisionTrial(revision, at, len(errors), losses[at], p_value, beyond, matches))
+    return found
+
+
+def _revised(
+    inquiry: Inquiry, search: Search, open_: Sequence[Revision], best: Sequence[Trial], progress: Progress
+) -> tuple[Inquiry, Revision] | None:
+    """The revision that explains more than chance, and more than any effect, confirmed on held-out data."""
+    trials = tried_revisions(inquiry, search, open_, best, progress)
+    tests = sum(trial.tests for trial in trials)
+    earning = [t for t in trials if t.p_value * tests < LEVEL and t.beyond < LEVEL]
+    for trial in sorted(earning, key=lambda t: t.loss):
+        try:
+            after = trial.revision.revised(inquiry, trial.tried)
+        except NumericalError:
+            continue
+        if after is None or not after.case.earns(inquiry.current, after.current):
+            continue
+        new = next(r for r in after.case.revised if (r.effect, r.place) == trial.revision.key)
+        finding = finding_of_revision(after.case, new, inquiry.current, after.current)
+        others = tuple(f for f in after.findings if (f.effect, f.place) != trial.revision.key)
+        return replace(after, findings=(*others, finding)), trial.revision
+    return None

@@ -1,0 +1,93 @@
+"""Laws that contain one another: the wider one where it earns it, the simpler one where that does as well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import chain
+
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.explanation import Explanation
+from symdyn.numeric.forward import first_that_earns
+from symdyn.numeric.inquiry import Inquiry, finding_of
+from symdyn.numeric.search import Search
+from symdyn.physics import catalogue
+
+Progress = Callable[[str], None]
+
+
+def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
+    """A law that contains what was found at its place takes its place where it earns that; whether any did.
+
+    Step by step the nearest simple law comes first, and what it lacks is no law of its own: Dahl's, say, of LuGre's.
+    """
+    swapped = False
+    for wider in inquiry.setting.proposed:
+        contained = catalogue()[wider.effect].generalises
+        less = [i for i in inquiry.current.found if i[0].place == wider.place and i[0].effect in contained]
+        if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
+            continue
+        progress(f"instead of {less[0][0].label}: {wider.title}")
+        rest = _without(inquiry, [c for c, _ in less])
+        trial = Search(inquiry.case.laws, rest.training, rest.design, rest.weight).trial(wider)
+        step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
+        if step is not None:
+            inquiry, swapped = _exchanged(inquiry, [c for c, _ in less], rest, step[1]), True
+            names = ", ".join(c.title for c, _ in less)
+            inquiry = inquiry.noting(f"{wider.label} took the place of {names}, which it contains")
+    return inquiry, swapped
+
+
+def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
+    """What was found early may be wider than needed, now that all the rest is known."""
+    for candidate, _ in inquiry.current.found:
+        for simpler in _simpler(inquiry, candidate):
+            progress(f"instead of {candidate.label}: {', '.join(c.title for c in simpler)}")
+            rest = _without(inquiry, [candidate])
+            try:
+                after = _with(inquiry, rest, simpler)
+            except NumericalError:
+                continue
+            if after is not None and not inquiry.case.earns(after, inquiry.current):
+                inquiry = _exchanged(inquiry, [candidate], rest, after)
+                names = ", ".join(c.title for c in simpler)
+                inquiry = inquiry.noting(f"{candidate.label} contains {names}, which explains as much by itself")
+                break
+    return inquiry
+
+
+def _simpler(inquiry: Inquiry, wider: Candidate) -> list[list[Candidate]]:
+    """Laws that it contains, the fewest numbers first; what corrects another comes with that."""
+    contained = catalogue()[wider.effect].generalises
+    here = [c for c in inquiry.setting.proposed if c.place == wider.place and c.effect in contained]
+    found = []
+    for candidate in here:
+        base = [c for c in here if c.effect == candidate.builds_on]
+        if candidate.builds_on is None or base:
+            found.append([*base, candidate])
+    return sorted(found, key=lambda group: sum(c.size for c in group))
+
+
+def _with(inquiry: Inquiry, rest: Explanation, added: Sequence[Candidate]) -> Explanation | None:
+    """Fitted one after the other; None where one is outside its bounds."""
+    for candidate in added:
+        trial = Search(inquiry.case.laws, rest.training, rest.design, rest.weight).trial(candidate)
+        if not trial.admissible:
+            return None
+        rest = inquiry.case.explain((*rest.found, (candidate, trial.shapes)), rest)
+    return rest
+
+
+def _without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanation:
+    found = tuple(item for item in inquiry.current.found if not any(item[0] is c for c in gone))
+    return inquiry.case.explain(found, inquiry.current)
+
+
+def _exchanged(inquiry: Inquiry, gone: Sequence[Candidate], rest: Explanation, after: Explanation) -> Inquiry:
+    keys = {(c.effect, c.place.address) for c in gone}
+    known = {(c.effect, c.place.address) for c, _ in rest.found}
+    kept = [f for f in inquiry.findings if (f.effect, f.place) not in keys]
+    new = [c for c, _ in after.found if (c.effect, c.place.address) not in known]
+    found = [finding_of(inquiry.case, c, rest, after) for c in new]
+    return replace(inquiry, current=after, findings=tuple(chain(kept, found)))

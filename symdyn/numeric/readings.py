@@ -1,0 +1,52 @@
+"""How the channels of a joint show its motion and effort: scaled, shifted, or as asked for and not as given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symdyn.numeric.observation import Observation
+from symdyn.spec.monomials import value_of
+from symdyn.spec.records import Robot
+
+READERS = {"encoder": ("gain", "offset"), "effort_saturation": ("limit",)}  # effects, and what a reading has of them
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Of one joint: position shown = ``gain`` * position + ``offset``; no more effort was given than ``limit``."""
+
+    gain: float = 1.0
+    offset: float = 0.0
+    limit: float = math.inf
+
+
+def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
+    """The motion and efforts behind what was shown; ``readings`` joint by joint."""
+    if all(reading == Reading() for reading in readings):
+        return seen
+    gain, offset, limit = (np.array([getattr(r, name) for r in readings]) for name in ("gain", "offset", "limit"))
+    return replace(
+        seen,
+        q=(seen.q - offset) / gain,
+        qd=seen.qd / gain,
+        qdd=seen.qdd / gain,
+        measured=(seen.measured - offset) / gain,
+        tau=np.clip(seen.tau, -limit, limit),
+    )
+
+
+def declared(robot: Robot) -> tuple[Reading, ...]:
+    """What the robot's own encoders and limits say of each joint."""
+    numbers = {p.name: p.value for p in robot.parameters}
+    found = []
+    for joint in robot.joints:
+        told: dict[str, float] = {}
+        for effect in robot.effects:
+            if effect.at == joint.name and effect.type in READERS:
+                told |= {name: value_of(m, numbers) or 0.0 for name, m in effect.values if name in READERS[effect.type]}
+        found.append(Reading(**told))
+    return tuple(found)
