@@ -7,7 +7,8 @@ The arm moves in a vertical plane: q1 from the horizontal x axis, q2 relative to
 -y (Spong, Hutchinson, Vidyasagar, "Robot Modeling and Control", section 7.3). Both joints have viscous
 friction; one more effect, of a kind, place and size that a diagnosis is not told, acts at one joint.
 Classical Runge-Kutta of order 4 at a fixed step; dry friction switches between sliding either way and
-sticking, the change being located within a step. Angles in rad, torques in N m, times in s.
+sticking, the change being located within a step; bristles (LuGre's friction) bend in half steps before and after the
+arm moves, exactly at a constant speed. Angles in rad, torques in N m, times in s.
 """
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ CONCEALED = {  # what each kind means, per joint: (shoulder, elbow)
     ),
     "asymmetric_viscous": ({"forward": 0.30, "backward": 0.05}, {"forward": 0.15, "backward": 0.02}),
     "spring": ({"stiffness": 1.5, "rest": -0.8}, {"stiffness": 0.6, "rest": 0.3}),
+    "lugre": (
+        {"stiffness": 20.0, "level": 0.60, "excess": 0.30, "speed": 0.25},
+        {"stiffness": 8.0, "level": 0.25, "excess": 0.12, "speed": 0.25},
+    ),
 }
 
 STEP = 1e-4  # of the integration
@@ -63,7 +68,7 @@ GRAVITY_GUESS = 0.85  # the controller's gravity model is that much of the truth
 
 
 class Plant:
-    """The arm with one concealed effect; a state is (q1, q2, v1, v2)."""
+    """The arm with one concealed effect; a state is (q1, q2, v1, v2), and ``deflection`` that of its bristles."""
 
     def __init__(self, conceal="none", joint="elbow", viscous=VISCOUS):
         self.joint = JOINTS.index(joint)
@@ -71,6 +76,9 @@ class Plant:
         self.viscous = viscous
         self.smooth = _smooth_torque(conceal, self.truth)
         self.dry = _dry_level(conceal, self.truth)
+        self.deflection = 0.0
+        if conceal == "lugre":
+            self.smooth = lambda q, v: -self.truth["stiffness"] * self.deflection
 
     def accelerations(self, state, torque, sliding=0):
         """(a1, a2) under the motor torques; ``sliding`` is +-1 or, for a joint that sticks, 0."""
@@ -112,9 +120,12 @@ class Plant:
 
     def advance(self, state, torque, duration):
         """The state after one step under constant torques; a joint that comes to rest in it is caught there."""
-        if self.dry is None:
-            return self._runge_kutta(state, torque, 0, duration)
         speed = 2 + self.joint
+        if self.dry is None:
+            self._bend(state[speed], 0.5 * duration)
+            after = self._runge_kutta(state, torque, 0, duration)
+            self._bend(after[speed], 0.5 * duration)
+            return after
         for _ in range(4):  # comes to rest, starts again, at most twice in a step
             sliding = self._sliding(state, torque)
             after = self._runge_kutta(state, torque, sliding, duration)
@@ -124,6 +135,14 @@ class Plant:
             state = (*after[:speed], 0.0, *after[speed + 1 :])
             duration -= spent
         return state
+
+    def _bend(self, v, duration):
+        """dz/dt = v - s |v| z / g(v), g = level + excess exp(-(v/speed)^2) (Canudas de Wit et al. 1995, no damping)."""
+        if "excess" not in self.truth or v == 0.0:
+            return
+        level = self.truth["level"] + self.truth["excess"] * math.exp(-((v / self.truth["speed"]) ** 2))
+        steady = math.copysign(level / self.truth["stiffness"], v)
+        self.deflection = steady + (self.deflection - steady) * math.exp(-abs(v) * duration / abs(steady))
 
     def _sliding(self, state, torque):
         """The direction in which the joint with dry friction slides, or 0 where friction can hold it."""

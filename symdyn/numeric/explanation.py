@@ -16,6 +16,7 @@ from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import fit_linear, likelier, solve_linear
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.workbench import Workbench
+from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.records import Robot
 
@@ -234,12 +235,23 @@ class Case:
         return float(np.sqrt(max(slope @ of.fit.last.covariance[np.ix_(at, at)] @ slope, 0.0)))
 
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
-        """Whether any of its parameters can be told from the value at which it vanishes."""
-        estimates = self.parameters(candidate, of)
-        return any(
-            e.se is None or abs(e.value - (schema.null or 0.0)) > CERTAIN * e.se
-            for schema, e in ((s, estimates[s.name]) for s in candidate.linear)
-        )
+        """Whether any of its parameters can be told from the value at which it vanishes, its shape being given.
+
+        A size and a shape that share their uncertainty (a spring and its lever) are certain together.
+        """
+        at = {s.name: of.fit.names.index(candidate.parameter(s)) for s in (*candidate.linear, *candidate.shapes)}
+        estimates, shapes = self.parameters(candidate, of), [at[s.name] for s in candidate.shapes]
+        covariance = of.fit.last.covariance
+        for schema in candidate.linear:
+            i = at[schema.name]
+            variance = float(covariance[i, i])
+            if shapes:
+                across = covariance[i, shapes]
+                variance -= float(across @ np.linalg.pinv(covariance[np.ix_(shapes, shapes)]) @ across)
+            size = abs(estimates[schema.name].value - (schema.null or 0.0))
+            if not of.fit.last.identifiable[i] or size > CERTAIN * np.sqrt(max(variance, 0.0)):
+                return True
+        return False
 
     def model_parameters(self, of: Explanation) -> dict[str, Estimate]:
         """The model's own parameters as fitted."""
@@ -277,11 +289,20 @@ def joint_errors(residual: Array, bench: Workbench) -> Array:
 
 
 def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:
-    """Candidates not yet in the model whose basis (what they correct) is in it."""
+    """Candidates not yet in the model whose basis (what they correct) is in it.
+
+    A law that is akin to one that was found is no addition to that: it may take its place (``nested``).
+    """
     present = effects | {(e.type, e.at) for e in robot.effects}
     return [
         c
         for c in proposed
         if (c.effect, c.place.address) not in present
-        and (c.builds_on is None or (c.builds_on, c.place.address) in present)
+        and not any(at == c.place.address and akin(c.effect, other) for other, at in effects)
     ]
+
+
+def akin(one: str, other: str) -> bool:
+    """Whether two effects contain one another, or a third: Coulomb's law, say, that of Dahl, and that of LuGre."""
+    first, second = ({effect, *catalogue()[effect].generalises} for effect in (one, other))
+    return one != other and bool(first & second)

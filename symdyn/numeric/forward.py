@@ -112,6 +112,8 @@ def tried_revisions(
         p_value, matches = (p_value, 1.0) if gain > 0 else (1.0, 0.0)
         if best and gain > 0:
             matches = min(likelier(errors[at], t.errors)[1] for t in best)
+        if best and losses[at] >= min(t.loss for t in best):
+            beyond = 1.0
         found.append(RevisionTrial(revision, at, len(errors), losses[at], p_value, beyond, matches))
     return found
 

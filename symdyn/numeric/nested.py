@@ -8,34 +8,36 @@ from itertools import chain
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.explanation import Explanation
+from symdyn.numeric.explanation import Explanation, akin
 from symdyn.numeric.forward import first_that_earns
 from symdyn.numeric.inquiry import Inquiry, finding_of
-from symdyn.numeric.search import Search
+from symdyn.numeric.regression import likelier
+from symdyn.numeric.search import Search, Trial
+from symdyn.numeric.skew import certain, effort_skew
 from symdyn.physics import catalogue
 
 Progress = Callable[[str], None]
 
 
 def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
-    """A law that contains what was found at its place takes its place where it earns that; whether any did.
+    """A law akin to what was found at its place takes that place where it earns it; and whether any did.
 
-    Step by step the nearest simple law comes first, and what it lacks is no law of its own: Dahl's, say, of LuGre's.
+    Step by step the nearest simple law comes first, and what it lacks is no law of its own: Dahl's of LuGre's, say.
     """
     swapped = False
     for wider in inquiry.setting.proposed:
-        contained = catalogue()[wider.effect].generalises
-        less = [i for i in inquiry.current.found if i[0].place == wider.place and i[0].effect in contained]
+        less = [i for i in inquiry.current.found if i[0].place == wider.place and akin(i[0].effect, wider.effect)]
+        less = [i for i in less if wider.effect not in catalogue()[i[0].effect].generalises]
         if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
             continue
         progress(f"instead of {less[0][0].label}: {wider.title}")
         rest = _without(inquiry, [c for c, _ in less])
-        trial = Search(inquiry.case.laws, rest.training, rest.design, rest.weight).trial(wider)
+        trial = _tried(inquiry, rest, wider)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
         if step is not None:
             inquiry, swapped = _exchanged(inquiry, [c for c, _ in less], rest, step[1]), True
             names = ", ".join(c.title for c, _ in less)
-            inquiry = inquiry.noting(f"{wider.label} took the place of {names}, which it contains")
+            inquiry = inquiry.noting(f"{wider.label} took the place of {names}, which it is akin to, and better")
     return inquiry, swapped
 
 
@@ -49,12 +51,24 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
                 after = _with(inquiry, rest, simpler)
             except NumericalError:
                 continue
-            if after is not None and not inquiry.case.earns(after, inquiry.current):
+            if after is not None and not _earns(inquiry, after):
                 inquiry = _exchanged(inquiry, [candidate], rest, after)
                 names = ", ".join(c.title for c in simpler)
                 inquiry = inquiry.noting(f"{candidate.label} contains {names}, which explains as much by itself")
                 break
     return inquiry
+
+
+def _earns(inquiry: Inquiry, simpler: Explanation) -> bool:
+    """Whether the wider law explains more than the simpler one, also if the efforts were late against the motion.
+
+    After every jump late efforts look like friction that remembers.
+    """
+    case, wider = inquiry.case, inquiry.current
+    late = effort_skew(case, simpler)
+    if certain(case, late) and likelier(late.heldout, wider.heldout * simpler.weight)[0] < 0.0:
+        return False
+    return case.earns(simpler, wider)
 
 
 def _simpler(inquiry: Inquiry, wider: Candidate) -> list[list[Candidate]]:
@@ -72,11 +86,17 @@ def _simpler(inquiry: Inquiry, wider: Candidate) -> list[list[Candidate]]:
 def _with(inquiry: Inquiry, rest: Explanation, added: Sequence[Candidate]) -> Explanation | None:
     """Fitted one after the other; None where one is outside its bounds."""
     for candidate in added:
-        trial = Search(inquiry.case.laws, rest.training, rest.design, rest.weight).trial(candidate)
+        trial = _tried(inquiry, rest, candidate)
         if not trial.admissible:
             return None
         rest = inquiry.case.explain((*rest.found, (candidate, trial.shapes)), rest)
     return rest
+
+
+def _tried(inquiry: Inquiry, rest: Explanation, candidate: Candidate) -> Trial:
+    search = Search(inquiry.case.laws, rest.training, rest.design, rest.weight)
+    trial = search.trial(candidate)
+    return search.polished(trial) if len(candidate.shapes) > 1 else trial
 
 
 def _without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanation:

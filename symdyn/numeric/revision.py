@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 ROUNDS = 10  # of Gauss-Newton
 NEAR = 1e-2  # standard errors: a step that small has settled
 LIMITS = (0.98, 0.94, 0.88, 0.8, 0.7)  # of the largest effort: limits that are tried
+MOSTLY = 0.5
 SPECK = 1e-6  # m/s^2: gravity that is none, and yet a parameter
 UNITS = {"gain": dict.fromkeys(Motion, "1"), "offset": {Motion.ROTATIONAL: "rad", Motion.TRANSLATIONAL: "m"}}
 LIMIT_UNITS = {Motion.ROTATIONAL: "N m", Motion.TRANSLATIONAL: "N"}
@@ -95,7 +96,9 @@ class Misread:
             value += step
             if not LOWEST[self.what] < value < HIGHEST[self.what]:
                 return None
-        se = float(last.standard_error[-1]) if last.identifiable[-1] else None
+        if not last.identifiable[-1] or not self._mostly_free(inquiry, value):
+            return None
+        se = float(last.standard_error[-1])
         known = next((r.values for r in inquiry.setting.revised if (r.effect, r.place) == self.key), {})
         values = {**known, self.what: Estimate(value, se, self.unit)}
         setting = self._setting(inquiry.setting, value).with_revision(
@@ -115,6 +118,11 @@ class Misread:
     def _limits(self, inquiry: Inquiry) -> list[float]:
         top = float(np.max(np.abs(inquiry.case.bench.observation.tau[:, self.joint])))
         return [share * top for share in LIMITS]
+
+    def _mostly_free(self, inquiry: Inquiry, value: float) -> bool:
+        """A drive that is at its limit most of the time would hide everything, noise too."""
+        effort = inquiry.origin.seen.tau[:, self.joint]
+        return self.what != "limit" or bool(np.mean(np.abs(effort) >= value) < MOSTLY)
 
     def _setting(self, setting: Setting, value: float) -> Setting:
         readings = list(setting.readings)

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 SPEEDS = 24  # grid points over the speeds that occur
 DISTANCES = 16  # over the distances that are travelled
 ANGLES = 24  # of a turn
-SEVERAL = 0.4  # of those numbers, for an effect with several shape parameters
+SEVERAL = (1.0, 0.5, 0.4, 0.25)  # of those numbers, for an effect with one, two, three, more shape parameters
 SLOPE_STEP = 1e-4  # of a shape value
 SHORTEST = 1e-3  # of the travel: less is not told from a jump
 WAVES = 2.0  # that the travel must hold: what does not repeat cannot be called periodic
@@ -31,7 +31,7 @@ PEAKS = 6  # orders of a periodogram that are looked at closely
 def axes(candidate: Candidate, joint: int, bench: Workbench) -> list[list[float]]:
     """Values of each shape parameter to try, rising; fewer of each where there are several."""
     seen = bench.observation
-    share = 1.0 if len(candidate.shapes) == 1 else SEVERAL
+    share = SEVERAL[min(len(candidate.shapes), len(SEVERAL)) - 1]
     return [_axis(schema, seen, joint, bench.edge, share) for schema in candidate.shapes]
 
 
@@ -42,7 +42,7 @@ def _axis(schema: ParameterSchema, seen: Observation, joint: int, edge: float, s
         case Scan.SPEED:
             values = np.geomspace(top / 200.0, top, round(share * SPEEDS)) if top > 0 else np.ones(1)
         case Scan.SLOWNESS:
-            values = 1.0 / np.geomspace(10.0 * top, top / 10.0, 3) if top > 0 else np.ones(1)
+            values = np.array([0.1, 1.0]) / top if top > 0 else np.ones(1)
         case Scan.ANGLE_ORDER:
             values = orders(seen, joint, edge)
         case Scan.ANGLE:

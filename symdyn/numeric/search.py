@@ -12,14 +12,15 @@ from scipy import optimize
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import RANK_TOLERANCE, likelier, log_loss
-from symdyn.numeric.scan import grid, screened
+from symdyn.numeric.scan import axes, grid, screened
+from symdyn.numeric.shape_space import ShapeSpace
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 Array = NDArray[np.float64]
 
 FOLDS = 8  # contiguous blocks, so that a block's neighbours do not give it away
 LEAST = 1e-4  # of its power, that a force must take off the error beyond another to be preferred to a smaller one
-ROUNDS = 2  # over the shape parameters of an effect with several, one after the other
+HOPEFUL = 4  # of the effects with several shape parameters, the best are worth a closer search
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
 EARNS = 0.03  # an effect that takes less than this part off the error is not worth a line in a model
 SAME = 1e-3  # part of a law that another one must leave for the two to differ; noise hides less
@@ -74,6 +75,7 @@ class Search:
         basis = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
         self._basis = basis.reshape(count, n, -1)
         self._left = (self.target.reshape(-1) - basis @ (basis.T @ self.target.reshape(-1))).reshape(count, n)
+        self._losses: dict[str, tuple[list[tuple[float, ...]], list[float]]] = {}  # of each candidate's grid
         self._shares = [self._gram(self._basis[b], self._basis[b]) for b in self._blocks]
         self.errors = self._cross_validated(np.zeros((count, n, 0)))
 
@@ -81,11 +83,31 @@ class Search:
         """The candidate at the best values of its shape parameters."""
         values = grid(candidate, self.laws.joint(candidate), self.laws.bench)
         shapes = self._best_shapes(candidate, values) if candidate.shapes else ()
+        return self._trial(candidate, shapes, len(values))
+
+    def _trial(self, candidate: Candidate, shapes: tuple[float, ...], tests: int) -> Trial:
         columns = self._columns(candidate, shapes)
         estimate = self._solve(columns, self.laws.joint(candidate))
         errors = self._cross_validated(self._orthonormal(columns, self.laws.joint(candidate)))
         gain, p_value = likelier(self.errors, errors)
-        return Trial(candidate, shapes, len(values), estimate, errors, gain, p_value)
+        return Trial(candidate, shapes, tests, estimate, errors, gain, p_value)
+
+    def polished(self, trial: Trial) -> Trial:
+        """The same with all its shape parameters moved together (variable projection), from the best of the grid."""
+        candidate = trial.candidate
+        scanned = axes(candidate, self.laws.joint(candidate), self.laws.bench)
+        space = ShapeSpace(candidate.shapes, scanned)
+        values, losses = self._losses[candidate.label]
+        starts = [trial.shapes, *space.apart(values, losses, trial.shapes)]
+        found = [space.least_squares(lambda x: self._unexplained(candidate, x), start) for start in starts]
+        tried = [trial, *(self._trial(candidate, shapes, trial.tests) for shapes in found)]
+        return min(tried, key=lambda t: (not t.admissible, t.loss))
+
+    def _unexplained(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
+        """(K n,) what the best size of this shape leaves, on all training data."""
+        basis = self._orthonormal(self._columns(candidate, shapes), self.laws.joint(candidate))
+        flat, left = basis.reshape(-1, basis.shape[2]), self._left.reshape(-1)
+        return np.asarray(left - flat @ (flat.T @ left))
 
     def errors_with(self, columns: Array) -> Array:
         """(K, n) cross-validated errors with columns (K, n, k) that act at all joints, unweighted."""
@@ -112,8 +134,9 @@ class Search:
         joint = self.laws.joint(candidate)
         tried = screened(candidate, values, self._left[:, joint], joint, self.laws.bench)
         losses = [self._training_loss(candidate, value) for value in tried]
+        self._losses[candidate.label] = tried, losses
         best, lowest = tried[int(np.argmin(losses))], min(losses)
-        for i in list(range(len(best))) * (1 if len(best) == 1 else ROUNDS):
+        for i in range(len(best)):
             axis = sorted({value[i] for value in values})
             at = int(np.argmin(np.abs(np.array(axis) - best[i])))
             low, high = axis[max(at - 1, 0)], axis[min(at + 1, len(axis) - 1)]
@@ -209,6 +232,9 @@ def rank(
     for candidate in proposed:
         progress(candidate.label)
         trials.append(search.trial(candidate))
+    several = [t for t in trials if len(t.candidate.shapes) > 1 and t.gain > 0]
+    for trial in sorted(several, key=lambda t: t.loss)[:HOPEFUL]:
+        trials[trials.index(trial)] = search.polished(trial)
     tests = sum(trial.tests for trial in trials)
     earning = [t for t in trials if t.gain > 0 and t.p_value * tests < level]
     refused = [t for t in earning if not t.admissible]

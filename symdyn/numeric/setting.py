@@ -58,7 +58,7 @@ class Setting:
         return self._laws(True, cutoff, self._room(cutoff, motion))
 
     def _room(self, cutoff: float, motion: float | None) -> float:
-        """Hz below which positions are differentiated: a band that is wider than the motion would let their noise in."""
+        """Hz below which positions are differentiated: a band wider than the motion would let in their noise."""
         return DERIVATIVE_ROOM * cutoff if motion is None else min(DERIVATIVE_ROOM * motion, self.seen.cutoff)
 
     def with_revision(self, revised: Revised) -> Setting:

@@ -61,7 +61,7 @@ def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) 
     model as given, and more than all findings together: what was found is the skew in disguise.
     """
     skew = effort_skew(first, given)
-    if _certain(first, skew) and skew.share > MOST:
+    if certain(first, skew) and skew.share > MOST:
         gain, p_value = encompassing(final.heldout * given.weight, skew.heldout)
         if gain > 0.0 and p_value < LEVEL:
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
@@ -73,10 +73,11 @@ def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) 
 def skew_left(case: Case, of: Explanation) -> Skew | None:
     """The skew that would tell a part worth naming of what an explanation leaves, if there is one."""
     left = effort_skew(case, of)
-    return left if _certain(case, left) and left.share > SOME else None
+    return left if certain(case, left) and left.share > SOME else None
 
 
-def _certain(case: Case, skew: Skew) -> bool:
+def certain(case: Case, skew: Skew) -> bool:
+    """Whether it is more than chance, and more than any sampled system has."""
     return abs(skew.delay) > max(STEPS * case.bench.observation.sample_time, CERTAIN * skew.se)
 
 

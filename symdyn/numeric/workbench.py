@@ -21,16 +21,22 @@ SLOPE_STEP = 1e-5  # of a parameter, where hidden states depend on it
 
 
 class Workbench:
-    """Evaluates the kernel on a recording; parameter vectors are those of its robot."""
+    """Evaluates the kernel on a recording; parameter vectors are those of its robot.
 
-    def __init__(self, kernel: Kernel, observation: Observation, band: Band | None = None) -> None:
+    Where a joint stands nothing of its own equation is counted (residuals and columns are zero there), unless
+    ``planned`` motion is looked at.
+    """
+
+    def __init__(
+        self, kernel: Kernel, observation: Observation, band: Band | None = None, planned: bool = False
+    ) -> None:
         self.kernel, self.observation, self.band = kernel, observation, band
         self.index = {name: i for i, name in enumerate(kernel.parameters)}
         o = observation
         whole = np.ascontiguousarray
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
         standing = touched(o, self.bring)
-        judged = ~standing | (np.mean(standing, axis=0) > MOSTLY)
+        judged = ~standing | (np.mean(standing, axis=0) > MOSTLY) | planned
         self.moving: Array = judged.astype(float)  # (K, n) 0 where a joint stands: dry friction may be anything there
         self.effort: Array = self.bring(o.tau) * self.moving
         self.reference = self._reference()  # (K, n) what errors are compared with

@@ -10,6 +10,7 @@ import pytest
 from symdyn.base.errors import InputError
 from symdyn.compiler import compile_robot, load_robot
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.memory import driven_states
 from symdyn.numeric.observation import low_pass, measured_effort, motion_cutoff, observe
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
@@ -130,20 +131,8 @@ def test_coordinates_that_nobody_measures_are_refused() -> None:
     assert [problem.code for problem in caught.value.problems] == ["SD521"]
 
 
-def test_memory_that_nobody_measures_is_refused() -> None:
-    """A friction whose state is not known would count as none."""
+def test_friction_that_remembers_follows_from_the_motion() -> None:
     friction = '[[effect]]\ntype = "dahl_friction"\nat = "arm"\nstiffness = 40\nlevel = 2\n'
     lasting = pendulum(TOML.replace("[recording]", f"{friction}\n[recording]"))
-    with pytest.raises(InputError, match=r"no channel measures: arm\.elastic_deflection") as caught:
-        observe(lasting, compile_robot(lasting).kernel(), record(1))
-    assert [problem.code for problem in caught.value.problems] == ["SD521"]
-
-
-def test_a_passive_joint_has_no_effort_to_be_measured() -> None:
-    swing = '[[joint]]\nname = "swing"\npassive = true\nlink = { mass = 1, com = [0.1, 0, 0] }\n'
-    text = TOML.replace('rows = [["q", 0, 0, 0]]', 'rows = [["q", 0, 0, 0], ["q", 0, 0.5, 0]]')
-    robot = pendulum(text.replace('[[effect]]\ntype = "viscous', f'{swing}\n[[effect]]\ntype = "viscous'))
-    run = record(1)
-    effort = measured_effort(robot, compile_robot(robot).kernel(), run)
-    np.testing.assert_array_equal(effort[:, 0], run.channel(Quantity.EFFORT, "arm"))
-    assert not effort[:, 1].any()
+    assert driven_states(lasting) == {"arm.elastic_deflection"}
+    assert observe(lasting, compile_robot(lasting).kernel(), record(1)).q.shape == (10_000, 1)

@@ -57,7 +57,7 @@ def _imagined(truth: Explained, rival: Explained, motion: Motion) -> Workbench:
     step = float(motion.time[1] - motion.time[0])
     whole = (slice(0, len(effort)),)
     seen = Observation(motion.time, motion.q, motion.qd, motion.qdd, effort, whole, step, 0.4 / step, motion.q)
-    return Workbench(rival.kernel, seen)
+    return Workbench(rival.kernel, seen, planned=True)
 
 
 def _span(motion: Motion) -> float:

@@ -64,7 +64,7 @@ class LuGreFriction(Effect):
             lower=0.0,
             scan=Scan.VALUES,
             relative_to="level",
-            tried=(0.2, 0.5, 1.0),
+            tried=(0.2, 1.0),
         ),
         ParameterSchema(
             "stribeck_velocity",

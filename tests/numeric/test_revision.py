@@ -1,0 +1,171 @@
+"""What is no force at a joint: an encoder that is off, gravity that is left out, a drive that gives less than asked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from symdyn.compiler import compile_robot, load_robot, robot_from_text
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.observation import observe
+from symdyn.numeric.readings import Reading, declared, read
+from symdyn.numeric.recording import Recording
+from symdyn.spec.edit import add_effect, set_effect, set_gravity
+from symdyn.spec.records import Quantity, Robot, Side
+
+from .pendulum import ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, pendulum, record, recording
+
+Array = NDArray[np.float64]
+HARMONICS = 2 * np.pi * 0.1 * np.array([1, 2, 3, 5, 7])
+M1, M2, R1, R2, L1, I1, I2 = 1.0, 0.8, 0.2, 0.15, 0.4, 0.02, 0.01
+
+ARM_OF_TWO = f"""
+[robot]
+name = "two"
+gravity = [0, -{GRAVITY}, 0]
+
+[parameters]
+m1 = "1.1 kg"
+m2 = "0.7 kg"
+r1 = "0.22 m"
+r2 = "0.14 m"
+I1 = "0.024 kg m^2"
+I2 = "0.009 kg m^2"
+b1 = "0.2 N m s/rad"
+b2 = "0.1 N m s/rad"
+
+[dh]
+convention = "modified"
+rows = [["q", 0, 0, 0], ["q", 0, {L1}, 0]]
+
+[[joint]]
+name = "one"
+link = {{ mass = "m1", com = ["r1", 0, 0], inertia = {{ about = "com", zz = "I1" }} }}
+
+[[joint]]
+name = "two"
+link = {{ mass = "m2", com = ["r2", 0, 0], inertia = {{ about = "com", zz = "I2" }} }}
+
+[[effect]]
+type = "viscous_friction"
+at = "one"
+coefficient = "b1"
+
+[[effect]]
+type = "viscous_friction"
+at = "two"
+coefficient = "b2"
+"""
+
+
+def run(seed: int, gain: float = 1.0, offset: float = 0.0) -> Recording:
+    """A planar arm along sums of sines, its torques written by hand; the second encoder shows gain q + offset."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(10_000) / 500.0
+    q, v, a = np.empty((3, len(t), 2))
+    for j in range(2):
+        weight = rng.uniform(0.4, 1.0, len(HARMONICS))
+        angle = np.outer(t, HARMONICS) + rng.uniform(0, 2 * np.pi, len(HARMONICS))
+        weight *= 1.1 / weight.sum()
+        q[:, j], v[:, j] = np.sin(angle) @ weight - 0.4, np.cos(angle) @ (weight * HARMONICS)
+        a[:, j] = -np.sin(angle) @ (weight * HARMONICS**2)
+    c, h = np.cos(q[:, 1]), M2 * L1 * R2 * np.sin(q[:, 1])
+    m11 = M1 * R1**2 + I1 + M2 * (L1**2 + R2**2 + 2 * L1 * R2 * c) + I2
+    m12, m22 = M2 * (R2**2 + L1 * R2 * c) + I2, M2 * R2**2 + I2
+    g2 = M2 * R2 * GRAVITY * np.cos(q.sum(axis=1))
+    g1 = (M1 * R1 + M2 * L1) * GRAVITY * np.cos(q[:, 0]) + g2
+    tau1 = m11 * a[:, 0] + m12 * a[:, 1] - h * v[:, 1] * (2 * v[:, 0] + v[:, 1]) + g1 + 0.3 * v[:, 0]
+    tau2 = m12 * a[:, 0] + m22 * a[:, 1] + h * v[:, 0] ** 2 + g2 + 0.12 * v[:, 1]
+    shown = {
+        (Quantity.POSITION, "one", Side.LINK): q[:, 0] + 5e-6 * rng.standard_normal(len(t)),
+        (Quantity.POSITION, "two", Side.LINK): gain * q[:, 1] + offset + 5e-6 * rng.standard_normal(len(t)),
+        (Quantity.EFFORT, "one", Side.LINK): tau1 + 0.02 * rng.standard_normal(len(t)),
+        (Quantity.EFFORT, "two", Side.LINK): tau2 + 0.01 * rng.standard_normal(len(t)),
+    }
+    return Recording(f"run-{seed}", t, MappingProxyType(shown), 1 / 500.0, (slice(0, len(t)),), (), "0" * 64)
+
+
+@pytest.mark.parametrize(
+    ("fault", "value"),
+    [("offset", 0.09), pytest.param("gain", 0.94, marks=pytest.mark.slow)],
+)
+def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float) -> None:
+    robot = robot_from_text(ARM_OF_TWO, "two.toml")
+    found = diagnose(robot, run(1, **{fault: value}), run(2, **{fault: value}))
+    assert [(f.effect, f.place) for f in found.findings] == [("encoder", "two")]
+    told = found.findings[0].parameters[fault]
+    assert told.se is not None
+    assert told.value == pytest.approx(value, abs=max(4.0 * told.se, 1e-4))
+    assert not found.remaining.structured
+    (written,) = [e for e in found.diagnosed.effects if e.type == "encoder"]
+    assert (written.at, [name for name, _ in written.values]) == ("two", [fault])
+
+
+def test_gravity_that_the_model_leaves_out_is_found() -> None:
+    robot = robot_from_text(set_gravity(ARM_OF_TWO, (0.0, 0.0, 0.0)), "two.toml")
+    found = diagnose(robot, run(1), run(2))
+    assert [(f.effect, f.place) for f in found.findings] == [("gravity", "base")]
+    pull = found.findings[0].parameters
+    assert pull["y"].value == pytest.approx(-GRAVITY, rel=0.01)
+    assert abs(pull["x"].value) < 0.1
+    assert not found.remaining.structured
+
+
+def swung(seed: int, limit: float) -> Recording:
+    """A pendulum under a controller whose drive gives no more than a limit; what it asked for is recorded."""
+    rng = np.random.default_rng(seed)
+    step, substeps = 1 / 500.0, 4
+    weight, phase = rng.uniform(0.4, 1.0, 5), rng.uniform(0, 2 * np.pi, 5)
+    weight *= 1.2 / weight.sum()
+    q, v, rows = float(np.sin(phase) @ weight), 0.0, []
+    for k in range(10_000):
+        angle = HARMONICS * (k * step) + phase
+        wanted, speed = float(np.sin(angle) @ weight), float(np.cos(angle) @ (weight * HARMONICS))
+        asked = 60.0 * (wanted - q) + 6.0 * (speed - v)
+        rows.append((q, asked))
+        for _ in range(substeps):
+            given = min(max(asked, -limit), limit)
+            h = step / substeps
+            a = (given - VISCOUS * v - MASS * GRAVITY * ARM * math.cos(q)) / TURNING
+            v_half = v + 0.5 * h * a
+            q += h * v_half
+            a = (given - VISCOUS * v_half - MASS * GRAVITY * ARM * math.cos(q)) / TURNING
+            v = v_half + 0.5 * h * a
+    shown = np.array(rows)
+    noise = rng.standard_normal((2, len(shown)))
+    # Held over the next sample: what the arm felt around an instant is the mean of two.
+    effort = 0.5 * (np.clip(shown[:, 1], -9e9, 9e9) + np.concatenate([shown[:1, 1], shown[:-1, 1]]))
+    return recording(np.arange(len(shown)) * step, shown[:, 0] + 5e-6 * noise[0], effort + 0.01 * noise[1])
+
+
+def test_a_drive_that_gives_less_than_asked_is_named() -> None:
+    limit = 4.0
+    found = diagnose(pendulum(), swung(1, limit), swung(2, limit))
+    assert [f.effect for f in found.findings] == ["effort_saturation"]
+    assert found.findings[0].parameters["limit"].value == pytest.approx(limit, rel=0.02)
+
+
+def test_readings_are_taken_back_and_those_of_the_model_are_known() -> None:
+    robot: Robot = load_robot("two-link")
+    text = add_effect(robot.text, "encoder", "elbow", {"gain": "1.1", "offset": "0.2 rad"})
+    assert declared(robot_from_text(text, "two-link.toml")) == (Reading(), Reading(1.1, 0.2))
+    swing = pendulum(add_effect(TOML, "effort_saturation", "arm", {"limit": "3 N m"}))
+    assert declared(swing) == (Reading(limit=3.0),)
+    seen = observe(swing, compile_robot(swing).kernel(), record(1))
+    shown = replace(seen, q=1.1 * seen.q + 0.2, qd=1.1 * seen.qd, qdd=1.1 * seen.qdd)
+    back = read(shown, (Reading(1.1, 0.2, 3.0),))
+    for name in ("q", "qd", "qdd"):
+        np.testing.assert_allclose(getattr(back, name), getattr(seen, name), rtol=0, atol=1e-12)
+    assert np.abs(back.tau).max() == 3.0
+
+
+def test_an_effect_is_edited_where_it_stands() -> None:
+    once = set_effect(TOML, "encoder", "arm", {"offset": "0.1 rad"})
+    twice = set_effect(once, "encoder", "arm", {"offset": "0.2 rad", "gain": "1.1"})
+    assert once.count("encoder") == twice.count("encoder") == 1
+    assert declared(pendulum(twice)) == (Reading(1.1, 0.2),)
