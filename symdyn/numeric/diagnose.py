@@ -124,7 +124,8 @@ def _physical(inquiry: Inquiry) -> Inquiry:
 
 def _reexamined(inquiry: Inquiry) -> Inquiry:
     """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
-    for item in inquiry.current.found[:-1]:
+    found = inquiry.current.found
+    for item in found if inquiry.setting.revised else found[:-1]:  # the last one has just earned its place
         case, current, candidate = inquiry.case, inquiry.current, item[0]
         corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
         if corrected and case.certain(candidate, current):

@@ -17,7 +17,8 @@ Progress = Callable[[str], None]
 
 MAX_FINDINGS = 6  # per joint
 ALTERNATIVES = 3  # shown per step
-BEST = 3  # effects that a revision must explain more than
+BEST = 3  # revisions that are fitted at a step
+HALF = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,8 +30,7 @@ class RevisionTrial:
     tests: int
     loss: float
     p_value: float  # of "no gain"
-    beyond: float  # of "no better than the best effect"
-    matches: float  # of "no worse than that"
+    matches: float  # of "the best effect explains no more"
 
 
 def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
@@ -43,18 +43,18 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
         inquiry = inquiry.noting(
             *(f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused)
         )
-        revised = _revised(inquiry, search, open_, sorted(earning, key=lambda t: t.loss)[:BEST], progress)
+        step, refusals = first_that_earns(inquiry, earning)
+        best = sorted(earning, key=lambda t: t.loss)[:1] if step is not None else []
+        revised = _revised(inquiry, search, open_, best, None if step is None else step[1], progress)
         if revised is not None:
             inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
+        elif step is None:
+            return inquiry.noting(*refusals)
         else:
-            step, refusals = first_that_earns(inquiry, earning)
-            inquiry = inquiry.noting(*refusals)
-            if step is None:
-                return inquiry
             trial, better = step
             others = _alternatives(inquiry, earning, trial)
             finding = finding_of(case, trial.candidate, current, better, others)
-            inquiry = replace(inquiry, current=better, findings=(*inquiry.findings, finding))
+            inquiry = replace(inquiry, current=better, findings=(*inquiry.findings, finding)).noting(*refusals)
         progress(f"found: {inquiry.findings[-1].title} at {inquiry.findings[-1].place}")
     return inquiry
 
@@ -108,32 +108,48 @@ def tried_revisions(
         losses = [log_loss(e) for e in errors]
         at = min(range(len(errors)), key=losses.__getitem__)
         gain, p_value = likelier(search.errors, errors[at])
-        beyond = max((likelier(t.errors, errors[at])[1] for t in best), default=0.0)
         p_value, matches = (p_value, 1.0) if gain > 0 else (1.0, 0.0)
         if best and gain > 0:
             matches = min(likelier(errors[at], t.errors)[1] for t in best)
-        if best and losses[at] >= min(t.loss for t in best):
-            beyond = 1.0
-        found.append(RevisionTrial(revision, at, len(errors), losses[at], p_value, beyond, matches))
+        found.append(RevisionTrial(revision, at, len(errors), losses[at], p_value, matches))
     return found
 
 
 def _revised(
-    inquiry: Inquiry, search: Search, open_: Sequence[Revision], best: Sequence[Trial], progress: Progress
+    inquiry: Inquiry,
+    search: Search,
+    open_: Sequence[Revision],
+    best: Sequence[Trial],
+    effect: Explanation | None,
+    progress: Progress,
 ) -> tuple[Inquiry, Revision] | None:
-    """The revision that explains more than chance, and more than any effect, confirmed on held-out data."""
+    """The revision that explains more than chance, and more than the best ``effect``, confirmed on held-out data.
+
+    To first order a revision is judged too harshly: what takes half as much off the error as the best effect does
+    is fitted, and then compared.
+    """
     trials = tried_revisions(inquiry, search, open_, best, progress)
     tests = sum(trial.tests for trial in trials)
-    earning = [t for t in trials if t.p_value * tests < LEVEL and t.beyond < LEVEL]
-    for trial in sorted(earning, key=lambda t: t.loss):
+    stands = log_loss(search.errors)
+    least = HALF * max((stands - trial.loss for trial in best), default=0.0)
+    earning = [t for t in trials if t.p_value * tests < LEVEL and stands - t.loss > least]
+    for trial in sorted(earning, key=lambda t: t.loss)[:BEST]:
         try:
             after = trial.revision.revised(inquiry, trial.tried)
         except NumericalError:
             continue
         if after is None or not after.case.earns(inquiry.current, after.current):
             continue
+        if effect is not None and not _explains_more(effect, after.current):
+            continue
         new = next(r for r in after.case.revised if (r.effect, r.place) == trial.revision.key)
         finding = finding_of_revision(after.case, new, inquiry.current, after.current)
         others = tuple(f for f in after.findings if (f.effect, f.place) != trial.revision.key)
         return replace(after, findings=(*others, finding)), trial.revision
     return None
+
+
+def _explains_more(effect: Explanation, revised: Explanation) -> bool:
+    """On the data that both were fitted to: they bring about as many numbers."""
+    gain, p_value = likelier(effect.training, revised.training)
+    return gain > 0.0 and p_value < LEVEL and log_loss(revised.training) < log_loss(effect.training)

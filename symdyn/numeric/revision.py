@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 ROUNDS = 10  # of Gauss-Newton
 NEAR = 1e-2  # standard errors: a step that small has settled
-LIMITS = (0.98, 0.94, 0.88, 0.8, 0.7)  # of the largest effort: limits that are tried
+LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65)  # quantiles of the effort: limits that are tried
 MOSTLY = 0.5
 SPECK = 1e-6  # m/s^2: gravity that is none, and yet a parameter
 UNITS = {"gain": dict.fromkeys(Motion, "1"), "offset": {Motion.ROTATIONAL: "rad", Motion.TRANSLATIONAL: "m"}}
@@ -116,8 +116,8 @@ class Misread:
         return float(getattr(setting.readings[self.joint], self.what))
 
     def _limits(self, inquiry: Inquiry) -> list[float]:
-        top = float(np.max(np.abs(inquiry.case.bench.observation.tau[:, self.joint])))
-        return [share * top for share in LIMITS]
+        asked = np.abs(inquiry.case.bench.observation.tau[:, self.joint])
+        return [float(limit) for limit in np.quantile(asked, LIMITS)]
 
     def _mostly_free(self, inquiry: Inquiry, value: float) -> bool:
         """A drive that is at its limit most of the time would hide everything, noise too."""
