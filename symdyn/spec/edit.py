@@ -53,6 +53,19 @@ def add_effect(text: str, type: str, at: str, values: Mapping[str, str], comment
     return _checked(f"{text.rstrip()}\n\n{tomlkit.dumps(appended).strip()}\n".lstrip("\n"))
 
 
+def extend_effect(text: str, type: str, at: str, key: str, value: str) -> str:
+    """Give the effect of that type at that place one value more (``"time_constant", "8 ms"``), or another one.
+
+    InputError (SD104) where the text has no such effect.
+    """
+    document = tomlkit.parse(_checked(text))
+    row = next((r for r in document.get("effect", ()) if r["type"] == type and r["at"] == at), None)
+    if row is None:
+        raise InputError(Problem("SD104", f"no effect {quoted(type)} at {quoted(at)}", Where(_EDITED)))
+    row[key] = value
+    return _checked(tomlkit.dumps(document))
+
+
 def free_rotor(text: str, robot: Robot, joint: str, rotor: str, shaft: Mapping[str, str]) -> str:
     """Let a rotor that is fixed to its joint turn by itself, on a shaft to the joint (a row of ``shafts``).
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.explain import WORTH, Explanation
+from symdyn.numeric.filtering.hypotheses import kept
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Model
@@ -26,7 +27,8 @@ from symdyn.numeric.findings import (
     Traces,
 )
 from symdyn.numeric.verdict import verdict_of
-from symdyn.spec.edit import add_effect, free_rotor, set_parameter
+from symdyn.physics import catalogue
+from symdyn.spec.edit import add_effect, extend_effect, free_rotor, set_parameter
 from symdyn.spec.records import JOINT_END, Robot
 
 Array = NDArray[np.float64]
@@ -86,6 +88,8 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
         values = {k: e.written for k, e in numbers.items()}
         shaft = {"name": new.shaft, "from": new.rotor, "to": JOINT_END, **values}
         text = free_rotor(text, robot, new.joint, new.rotor, shaft)
+    for late in model.lagging:
+        text = extend_effect(text, late.effect, late.at, late.name, estimate(model, final.fit, late.parameter).written)
     for candidate, _ in final.found:
         values = {k: e.written for k, e in parameters(model, final, candidate).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
@@ -95,12 +99,14 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
 def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str, Estimate]:
     """The candidate's parameters as fitted, by their names in the effect's declaration."""
     schemas = (*candidate.linear, *candidate.shapes)
-    return {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
+    found = {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
+    units = {s.name: candidate.unit(s) for s in catalogue()[candidate.effect].parameters}
+    return found | {name: Estimate(float(number), None, units[name]) for name, number in kept(candidate).items()}
 
 
 def estimate(model: Model, of: MLFit, name: str) -> Estimate:
     index = of.bench.index[name]
-    value, unit = float(of.p[index]), model.kernel.parameter_units[index]
+    value, unit = float(of.p[index]), model.unit(name)
     if name not in of.names:
         return Estimate(value, None, unit)
     i = of.names.index(name)

@@ -35,7 +35,7 @@ class Place:
 def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
     """The model without any unknown force, fitted, and with one at each place, best first."""
     fits: list[tuple[Latent, MLFit]] = []
-    p = model.kernel.values
+    p = model.values
     held, noise = False, without_latent(model, model.training)
     for latent in model.latents:
         progress(f"an unknown force at {latent.place}")
