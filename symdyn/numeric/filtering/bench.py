@@ -103,16 +103,18 @@ class FilterBench:
         count, m, n = len(s.y), s.y.shape[1], len(self.kernel.states)
         late = [name in self.delays for name in names]
         which = np.array([self.index[name] for name, delay in zip(names, late, strict=True) if not delay], np.int64)
-        whole = np.ones((count, len(which))) if weight is None else np.ascontiguousarray(weight)
-        e, variances = np.zeros((count, m)), np.ones((count, m))
-        slopes, states = np.zeros((count, m, len(which))), np.zeros((count, n + len(noise.decay)))
-        own, u, slope = self._driven(p)
+        whole = np.ones((count, len(which))) if weight is None else weight
+        own, u, slope, steps, parts = self._driven(p)
+        rows = count * parts
+        e, variances = np.zeros((rows, m)), np.ones((rows, m))
+        slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(noise.decay)))
         loss = run(
-            *self._rates, *self._outputs, u, slope, s.y, s.steps, own, which, whole, noise.r, s.index,
+            *self._rates, *self._outputs, u, slope, _between(s.y, parts), steps, own, which,
+            np.ascontiguousarray(np.repeat(whole, parts, axis=0)), noise.r, s.index,
             np.ascontiguousarray(noise.directions), noise.decay, noise.power, self._start, self._spread,
             self.substeps, len(self.kernel.outputs), e, variances, slopes, states,
         )  # fmt: skip
-        done = Pass(float(loss), e, variances, slopes, states)
+        done = Pass(float(loss), *(values[::parts] for values in (e, variances, slopes, states)))
         return done if not any(late) else replace(done, slopes=self._with_delays(p, names, late, done))
 
     def _with_delays(self, p: Array, names: Sequence[str], late: Sequence[bool], done: Pass) -> Array:
@@ -130,27 +132,25 @@ class FilterBench:
     def simulated(self, p: Array, start: Array, first: int, stop: int) -> Array:
         """(stop - first, m) what the channels would show from state ``start`` (n,) at sample ``first`` on."""
         s, n, m = self.signals, len(self.kernel.states), self.signals.y.shape[1]
-        count, none = stop - first, np.zeros(0)
-        shown = np.zeros((count, m))
-        e, variances, slopes = np.zeros((count, m)), np.ones((count, m)), np.zeros((count, m, 0))
-        own, u, slope = self._driven(p)
+        own, u, slope, steps, parts = self._driven(p)
+        here, rows, none = slice(first * parts, stop * parts), (stop - first) * parts, np.zeros(0)
+        e, variances, slopes = np.zeros((rows, m)), np.ones((rows, m)), np.zeros((rows, m, 0))
         run(
-            *self._rates, *self._outputs, u[first:stop], slope[first:stop], shown, s.steps[first:stop],
-            own, np.zeros(0, dtype=np.int64), np.zeros((count, 0)), np.full(m, DEAF), s.index,
+            *self._rates, *self._outputs, u[here], slope[here], _between(np.zeros((stop - first, m)), parts),
+            steps[here], own, np.zeros(0, dtype=np.int64), np.zeros((rows, 0)), np.full(m, DEAF), s.index,
             np.zeros((len(own), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
-            e, variances, slopes, np.zeros((count, n)),
+            e, variances, slopes, np.zeros((rows, n)),
         )  # fmt: skip
-        return -e  # of measurements that are zero, and move nothing
+        return -e[::parts]  # of measurements that are zero, and move nothing
 
-    def _driven(self, p: Array) -> tuple[Array, Array, Array]:
-        """The kernel's own parameters; each input at the start of every step, and its slope over it.
+    def _driven(self, p: Array) -> tuple[Array, Array, Array, Array, int]:
+        """The kernel's own parameters; inputs, their slopes and steps; into how many parts steps are cut.
 
-        An input that is held and comes late jumps within a step: a straight line with the same mean and end.
+        An input that is held and comes late by more than whole steps jumps within each.
         """
         own = np.ascontiguousarray(p[: len(self.kernel.parameters)])
-        u, slope = self.signals.u.copy(), np.zeros_like(self.signals.u)
-        steps = self.signals.steps[:, None]
         late = p[len(self.kernel.parameters) :]
+        u, steps = self.signals.u.copy(), self.signals.steps
         usual = float(np.nanmedian(steps))
         rest = np.zeros(u.shape[1])
         for j, delay in enumerate(late):
@@ -158,12 +158,16 @@ class FilterBench:
             rest[j] = delay / usual - whole
             u[:, j] = u[np.maximum(np.arange(len(u)) - whole, 0), j]
         before = np.vstack([u[:1], u[:-1]])
-        if self.held:
-            slope = 2.0 * rest * (u - before) / np.where(np.isnan(steps), usual, steps)
-            return own, u - slope * usual, slope
-        u = u + rest * (before - u)
-        slope[:-1] = np.nan_to_num(np.diff(u, axis=0) / steps[:-1])
-        return own, u, slope
+        if not self.held:
+            u += rest * (before - u)
+            slope = np.zeros_like(u)
+            slope[:-1] = np.nan_to_num(np.diff(u, axis=0) / steps[:-1, None])
+            return own, u, slope, steps, 1
+        ends = np.unique(np.append(rest[rest > 0.0], 1.0))
+        cut = [np.where(rest >= end, before, u) for end in ends]
+        parts = np.diff(ends, prepend=0.0)
+        many = np.stack(cut, axis=1).reshape(-1, u.shape[1])
+        return own, many, np.zeros_like(many), (steps[:, None] * parts).ravel(), len(ends)
 
     def residual(self, p: Array) -> Array:
         """(N, m) whitened innovations."""
@@ -173,6 +177,15 @@ class FilterBench:
         """(N, m, k) what a parameter takes off the whitened innovations, per unit."""
         done = self.filtered(p, names)
         return -done.slopes / np.sqrt(done.variances)[:, :, None]
+
+
+def _between(y: Array, parts: int) -> Array:
+    """Nothing is measured between two samples."""
+    if parts == 1:
+        return y
+    wide = np.full((len(y), parts, y.shape[1]), np.nan)
+    wide[:, 0] = y
+    return wide.reshape(-1, y.shape[1])
 
 
 def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
