@@ -35,21 +35,24 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
     recordings = (training, heldout)
     while len(findings) < MAX_FINDINGS:
         best, tried = step(model, current, alarms, progress)
-        change = restructured(model, current, best, recordings, progress)
+        pair = both(model, current, tried, progress) if best is None else None
+        so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
+        change = restructured(model, current, so_far, recordings, progress)
         if change is not None:
             model, current, new = change.model, change.after, change.finding
-            findings = [f for f in findings if change.keeps(f)] + [new]
+            findings = [*(f for f in findings if change.keeps(f)), new]
+        elif pair is not None:
+            findings.append(finding(model, current, pair[0], pair))
+            findings.append(finding(model, pair[0].after, pair[1], pair))
+            current = pair[1].after
         elif best is not None:
             findings.append(finding(model, current, best, tried))
             current = best.after
         else:
-            pair = both(model, current, tried, progress)
-            if pair is None:
-                break
-            for before, each in ((current, pair[0]), (pair[0].after, pair[1])):
-                findings.append(finding(model, before, each, pair))
-            current = pair[1].after
+            break
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
+    told = {c.label for c, _ in current.found}
+    alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _reexamined(model, current, findings, alarms)
     return conclude(model, robot, places, given, current, findings, alarms, (training.name, heldout.name))
 

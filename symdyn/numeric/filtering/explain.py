@@ -117,7 +117,7 @@ def step(
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
     tests = len(ranked)
     promising = [s for s in ranked if s.gain > WORTH and s.p_value * tests < LEVEL][:TRIED]
-    if absorbing(current):  # an inductance, say, that grew: what it hides may be a delay, which no slope shows any more
+    if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
         promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
     tried = []
     for score in promising:

@@ -45,6 +45,7 @@ class Loop:
 
     latent: Latent
     gain: float
+    beyond: float  # nats over friction that jumps, which is a loop of no distance
     level: float
     distance: float
     group: tuple[str, ...]
@@ -78,11 +79,12 @@ def loops(model: Model, current: Explanation) -> tuple[Loop, ...]:
     found: list[Loop] = []
     count = bench.signals.y.shape[1]
     samples = {latent.place: -0.5 * (rest.reshape(-1, count) ** 2).sum(axis=1) for *_, latent, rest in reversed(tried)}
+    jumps = {latent.place: gain for gain, _, distance, latent, _ in sorted(tried, key=lambda item: -item[2])}
     for gain, level, distance, latent, _ in tried:
         if latent.place not in {loop.latent.place for loop in found}:
             own = samples[latent.place]
             same = tuple(place for place, other in samples.items() if not certainly_apart(own, other))
-            found.append(Loop(latent, gain, level, distance, same))
+            found.append(Loop(latent, gain, gain - jumps[latent.place], level, distance, same))
     return tuple(found)
 
 

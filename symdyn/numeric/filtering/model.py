@@ -72,6 +72,12 @@ class Model:
         """(np + delays,) of the model as given: every hypothesis at its null value."""
         return np.append(self.kernel.values, np.zeros(len(self.delays)))
 
+    @property
+    def electrical(self) -> frozenset[str]:
+        """Parameters of resistances and inductances."""
+        motors = [joint.drive.motor for joint in self.robot.joints if joint.drive and joint.drive.motor]
+        return frozenset(n for m in motors for value in (m.resistance, m.inductance) for n, _ in value.factors)
+
     def unit(self, name: str) -> str:
         return "s" if name in self.delays else self.kernel.parameter_units[self.kernel.parameters.index(name)]
 

@@ -101,7 +101,7 @@ def _remembering(
 ) -> Tried | None:
     found = loops(model, current)
     least = WORTH + float(np.log(len(model.training.y)))
-    if not found or found[0].gain < max(least, LIKELY * best.score.gain if best else 0.0):
+    if not found or found[0].beyond < least or found[0].gain < (LIKELY * best.score.gain if best else 0.0):
         return None
     tried = with_memory(model, current, found[0], recordings, progress)
     good = tuple((trial, each) for trial, each in tried if _earns(trial, current, each, best))
