@@ -44,7 +44,8 @@ def late_sensors(model: Model, current: Explanation) -> tuple[Late, ...]:
     found = []
     for sensor in model.robot.effects:
         channel = f"{sensor.at}.voltage"
-        if sensor.type != EFFECT or LAG in dict(sensor.values) or channel not in names:
+        given = dict(sensor.values).get(LAG)
+        if sensor.type != EFFECT or (given is not None and not given.is_zero) or channel not in names:
             continue
         c = names.index(channel)
         column = np.zeros_like(bench.signals.y)
@@ -67,7 +68,8 @@ def with_lag(
     progress(f"deriving and compiling {model.robot.name} with a lag of {late.sensor.at}")
     new = Lagging(late.sensor.type, late.sensor.at, LAG, f"{late.sensor.at.replace('.', '_')}_{EFFECT}_{LAG}")
     schema = next(s for s in catalogue()[EFFECT].parameters if s.name == LAG)
-    slow = replace(late.sensor, values=(*late.sensor.values, (LAG, Monomial(Fraction(1), ((new.parameter, 1),)))))
+    rest = tuple(item for item in late.sensor.values if item[0] != LAG)
+    slow = replace(late.sensor, values=(*rest, (LAG, Monomial(Fraction(1), ((new.parameter, 1),)))))
     robot = replace(
         model.robot,
         effects=tuple(slow if e == late.sensor else e for e in model.robot.effects),
