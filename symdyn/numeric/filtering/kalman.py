@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 KINK = 0.1  # of a usual rate: what the slope at the start of a step does not foretell of it
 MEMORY = 1000.0  # samples that say what is usual
 FINE = 16  # pieces of a step with a kink in it
+ALIKE = 1e-4  # relative change of the machine's Jacobian: with the one before a step goes as far
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
 _vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
@@ -186,7 +187,7 @@ def run(  # type: ignore[no-untyped-def]
             for i in range(n):
                 for j in range(na):
                     a[i, j] = by_x[i, j] if j < n else by_u[i, j - n]
-                    if a[i, j] != a_old[i, j]:
+                    if not abs(a[i, j] - a_old[i, j]) <= ALIKE * abs(a_old[i, j]):
                         same = False
             if not same:
                 unchanged = False

@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 POWERS = np.logspace(-5, 1, 7)  # of a latent force, relative to what moves the machine: where its fit starts
 ROUGH, ROUNDS = 2.0, 15  # nats and rounds of a fit that only locates
 TOGETHER = 5.0  # nats: what is closer than this is not told apart (odds of 150 to 1 would tell it)
-FEW = 4  # rounds that tell whether an input is held
+FEW = 4  # rounds that tell whether an input is held, or that a force is none of the likeliest
+NEAR = 200.0  # nats behind the best: forces that are fitted further
 APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
 
 
@@ -44,9 +45,13 @@ def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[
             straight, kept = (_fitted(model, latent, p, noise, choice, FEW) for choice in (False, True))
             held = kept.loss < straight.loss
             p, noise = (kept if held else straight).p, (kept if held else straight).bench.noise
-        fits.append((latent, _fitted(model, latent, p, noise, held)))
+        fits.append((latent, _fitted(model, latent, p, noise, held, ROUNDS if not fits else FEW)))
         best = min(fits, key=lambda item: item[1].loss)[1]
         p, noise = best.p, best.bench.noise
+    for i, (latent, rough) in enumerate(fits):
+        if rough.loss - best.loss < NEAR:
+            progress(f"an unknown force at {latent.place}, closer")
+            fits[i] = latent, fit(rough.bench, rough.p, model.beliefs, settled=ROUGH, most=ROUNDS)
     progress("no unknown force")
     best = min(fits, key=lambda item: item[1].loss)[1]
     none = fit(best.bench.with_noise(best.bench.noise.quiet), best.p, model.beliefs, settled=ROUGH, most=ROUNDS)
