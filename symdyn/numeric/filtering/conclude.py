@@ -15,6 +15,7 @@ from symdyn.numeric.filtering.hypotheses import kept
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Model
+from symdyn.numeric.filtering.when import when
 from symdyn.numeric.filtering.windows import overall, sizes
 from symdyn.numeric.findings import (
     Diagnosis,
@@ -39,6 +40,7 @@ SHARE = 0.1  # of what is left that must be structure for it to be worth a word
 
 def conclude(
     model: Model,
+    as_given: Model,
     robot: Robot,
     places: Sequence[Place],
     given: Explanation,
@@ -47,7 +49,7 @@ def conclude(
     alarms: Sequence[str],
     names: tuple[str, str],
 ) -> Diagnosis:
-    """``robot`` is the model as given; ``names`` are those of the training and the held-out recording."""
+    """``robot`` is the model as given, ``as_given`` with every hypothesis; ``names``: of the two recordings."""
     diagnosed = specification(model, robot, final)
     compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
@@ -69,7 +71,7 @@ def conclude(
         training=names[0],
         heldout=names[1],
         traces=_traces(model, given, final),
-        located=_located(places) if _beyond(before, floor) > SHARE else (),
+        located=_located(as_given, given, places) if _beyond(before, floor) > SHARE else (),
         noise_floor=floor,
         judged="motion of the channels in free runs",
     )
@@ -143,12 +145,18 @@ def _beyond(errors: Errors, floor: NoiseFloor) -> float:
     return max(0.0, 1.0 - (floor.errors.heldout / max(errors.heldout, 1e-300)) ** 2)
 
 
-def _located(places: Sequence[Place]) -> tuple[Located, ...]:
-    found = []
-    for place in places:
-        if place.gain > WORTH:
-            found.append(Located(place.latent.place, together(place, places), place.gain))
-    return tuple(found)
+def _located(model: Model, given: Explanation, places: Sequence[Place]) -> tuple[Located, ...]:
+    """``model`` as given: what the best place's mismatch follows is told, and no more than the place of others."""
+    likely = [place for place in places if place.gain > WORTH]
+    return tuple(
+        Located(
+            place.latent.place,
+            together(place, places),
+            place.gain,
+            when(model, given, place.latent) if place is likely[0] else (),
+        )
+        for place in likely
+    )
 
 
 def _moved(model: Model, of: MLFit) -> list[str]:

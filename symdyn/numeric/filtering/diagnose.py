@@ -26,7 +26,7 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
     Raises InputError (SD520, SD521) when an input of the model was not recorded, or nothing that answers to it.
     """
     progress(f"deriving and compiling {robot.name} with every hypothesis")
-    model = prepare(robot, training, heldout)
+    model = as_given = prepare(robot, training, heldout)
     none, places = locate(model, progress)
     start = places[0].fit if places and places[0].gain > 0.0 else none
     given = current = explained(model, (), model.beliefs, start)
@@ -54,7 +54,7 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
     told = {c.label for c, _ in current.found}
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _reexamined(model, current, findings, alarms)
-    return conclude(model, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+    return conclude(model, as_given, robot, places, given, current, findings, alarms, (training.name, heldout.name))
 
 
 def _reexamined(
