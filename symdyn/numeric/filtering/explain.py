@@ -29,6 +29,8 @@ WORTH = 10.0  # nats that an effect must bring on training data, beside half the
 ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
 TRIED = 5  # hypotheses that are fitted in full at each step
+ROUNDS = 6  # of a fit that only sorts
+LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
 
 
@@ -71,10 +73,8 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
     return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted, off)
 
 
-def with_effect(
-    model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array
-) -> Explanation:
-    """The explanation with one more effect, everything fitted again from where it stands."""
+def with_effect(current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> MLFit:
+    """The fit with one more effect, everything fitted again from where it stands: roughly, to sort by."""
     p = current.fit.p.copy()
     index = current.fit.bench.index
     for schema, value in zip(candidate.linear, start, strict=True):
@@ -84,7 +84,7 @@ def with_effect(
     if candidate.effect == DELAY:
         p = late(current, p, candidate.parameter(candidate.linear[0]))
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
-    return explained(model, (*current.found, (candidate, shape)), beliefs, fit(current.fit.bench, p, beliefs))
+    return fit(current.fit.bench, p, beliefs, most=ROUNDS)
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -119,12 +119,20 @@ def step(
     promising = [s for s in ranked if s.gain > WORTH and s.p_value * tests < LEVEL][:TRIED]
     if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
         promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
-    tried = []
+    rough = []
     for score in promising:
         progress(f"fitting {score.candidate.label}")
-        after = with_effect(model, current, score.candidate, score.shape, score.estimate)
-        gain = current.fit.loss - after.fit.loss
-        tried.append(Step(score, after, gain, heldout_p_value(current, after)))
+        rough.append((score, with_effect(current, score.candidate, score.shape, score.estimate)))
+    worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
+    tried = []
+    for (score, fitted), gained in zip(rough, worth, strict=True):
+        if gained < LIKELY * max(worth):
+            continue
+        progress(f"fitting {score.candidate.label}, closer")
+        beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
+        found = (*current.found, (score.candidate, score.shape))
+        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
+        tried.append(Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after)))
     tried.sort(key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
     for each in tried:
         label = each.score.candidate.label
