@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from symdyn.numeric.filtering.conclude import conclude, parameters
-from symdyn.numeric.filtering.explain import Explanation, both, explained, step, without_effect
+from symdyn.numeric.filtering.explain import Explanation, both, explained, sampled, step, without_effect
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.model import Model, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured
@@ -34,6 +34,7 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
     alarms: list[str] = []
     recordings = (training, heldout)
     while len(findings) < MAX_FINDINGS:
+        current = sampled(model, current)
         best, tried = step(model, current, alarms, progress)
         pair = both(model, current, tried, progress) if best is None else None
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best

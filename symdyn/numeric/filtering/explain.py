@@ -73,7 +73,7 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
     return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted, off)
 
 
-def with_effect(current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> MLFit:
+def with_effect(model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> MLFit:
     """The fit with one more effect, everything fitted again from where it stands: roughly, to sort by."""
     p = current.fit.p.copy()
     index = current.fit.bench.index
@@ -81,7 +81,7 @@ def with_effect(current: Explanation, candidate: Candidate, shape: float | None,
         p[index[candidate.parameter(schema)]] = value
     for schema in candidate.shapes if shape is not None else ():
         p[index[candidate.parameter(schema)]] = shape
-    if candidate.effect == DELAY:
+    if candidate.effect == DELAY and set(absorbing(current)) & model.electrical:
         p = late(current, p, candidate.parameter(candidate.linear[0]))
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
     return fit(current.fit.bench, p, beliefs, most=ROUNDS)
@@ -122,7 +122,7 @@ def step(
     rough = []
     for score in promising:
         progress(f"fitting {score.candidate.label}")
-        rough.append((score, with_effect(current, score.candidate, score.shape, score.estimate)))
+        rough.append((score, with_effect(model, current, score.candidate, score.shape, score.estimate)))
     worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
     tried = []
     for (score, fitted), gained in zip(rough, worth, strict=True):
@@ -145,6 +145,22 @@ def step(
         else:
             return each, tuple(tried)
     return None, tuple(tried)
+
+
+def sampled(model: Model, current: Explanation) -> Explanation:
+    """The same with inputs held over a step instead of straight, or the other way round, where that fits better.
+
+    Either looks like half a step of delay to the other; so it is tried where a delay would gain something.
+    """
+    late = [c for c in model.proposed if c.effect == DELAY]
+    bench, p = current.fit.bench, current.fit.p
+    found = scores(bench, p, tuple(current.beliefs), late)
+    if not found or found[0].gain < WORTH:
+        return current
+    other = fit(model.bench(model.training, bench.noise, not bench.held), p, current.beliefs, most=ROUNDS)
+    if other.loss > current.fit.loss:
+        return current
+    return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))
 
 
 def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Progress) -> tuple[Step, Step] | None:

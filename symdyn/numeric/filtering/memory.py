@@ -29,7 +29,7 @@ from symdyn.numeric.recording import Recording
 
 Array = NDArray[np.float64]
 
-YIELDS = np.geomspace(1e-3, 0.5, 9)  # distances within which friction builds up, of the travel
+YIELDS = np.geomspace(1e-4, 0.5, 10)  # distances within which friction builds up, of the travel
 FEW = 5  # rounds of a fit from each start
 WIDE = np.log(10.0)  # of the prior of what no data sheet told, about where the fit starts
 EXPLAINS = (  # what a law of friction with a memory tells as well, and takes the place of

@@ -40,6 +40,7 @@ def test_coulomb_friction_is_named_placed_and_written_down(robot: Robot, tmp_pat
     assert abs(level - 0.03) < 3.0 * se
     assert finding.evidence > 100.0
     assert found.located[0].place == "axis"
+    assert found.located[0].when[0] in ("sign of speed", "reversal")
     assert found.after.heldout < 0.5 * found.before.heldout
     assert 'type = "coulomb_friction"' in found.diagnosed.text
 
