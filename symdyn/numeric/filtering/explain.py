@@ -29,6 +29,7 @@ WORTH = 10.0  # nats that an effect must bring on training data, beside half the
 ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
 TRIED = 5  # hypotheses that are fitted in full at each step
+PROMISING = 0.2  # of the largest expected gain: what promises less is not fitted
 ROUNDS = 6  # of a fit that only sorts
 LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
@@ -104,9 +105,12 @@ def remembered(of: Explanation) -> tuple[Candidate, ...]:
 
 
 def step(
-    model: Model, current: Explanation, alarms: list[str], progress: Progress
+    model: Model, current: Explanation, alarms: list[str], progress: Progress, rival: float = 0.0
 ) -> tuple[Step | None, tuple[Step, ...]]:
-    """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place."""
+    """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place.
+
+    ``rival``: nats that something else is expected to gain; what promises far less is not fitted.
+    """
     present = {(c.effect, c.place.address) for c, _ in current.found}
     here = present | {(e.type, at) for e in model.robot.effects for at in same_place(model.robot, e.at)}
     ready = [
@@ -116,7 +120,8 @@ def step(
     ]
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
     tests = len(ranked)
-    promising = [s for s in ranked if s.gain > WORTH and s.p_value * tests < LEVEL][:TRIED]
+    least = max(WORTH, PROMISING * max(rival, max((s.gain for s in ranked), default=0.0)))
+    promising = [s for s in ranked if s.gain > least and s.p_value * tests < LEVEL][:TRIED]
     if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
         promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
     rough = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from symdyn.numeric.filtering.explain import (
     price,
 )
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
-from symdyn.numeric.filtering.memory import loops, with_every_hypothesis, with_memory
+from symdyn.numeric.filtering.memory import Loop, with_every_hypothesis, with_memory
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.structure import EFFECT, TITLE, rigid_joints, with_shaft
 from symdyn.numeric.findings import Alternative, Finding, Rival
@@ -51,7 +51,12 @@ class Change:
 
 
 def restructured(
-    model: Model, current: Explanation, best: Step | None, recordings: Recordings, progress: Progress
+    model: Model,
+    current: Explanation,
+    best: Step | None,
+    remembering: Sequence[Loop],
+    recordings: Recordings,
+    progress: Progress,
 ) -> Change | None:
     """A law that remembers, or a transmission that is not rigid, where that explains more than any effect does."""
     lagging = _lagging(model, current, best, recordings, progress)
@@ -60,14 +65,14 @@ def restructured(
     so_far = best.after if best else current
     if so_far.heldout < (1.0 + ABOUT) * noise_floor(model, so_far.fit).errors.heldout:
         return None  # nothing is left but the noise of the sensors
-    remembering = _remembering(model, current, best, recordings, progress)
-    if remembering is not None:
-        chosen = remembering[0][1]
+    tried = _remembering(model, current, best, remembering, recordings, progress)
+    if tried is not None:
+        chosen = tried[0][1]
         if chosen.after.heldout < (1.0 + ABOUT) * noise_floor(model, chosen.after.fit).errors.heldout:
-            return _with_law(model, current, remembering, recordings, progress)
-    freed = _freed(model, current, remembering[0][1] if remembering else best, recordings, progress)
-    if freed is None and remembering is not None:
-        return _with_law(model, current, remembering, recordings, progress)
+            return _with_law(model, current, tried, recordings, progress)
+    freed = _freed(model, current, tried[0][1] if tried else best, recordings, progress)
+    if freed is None and tried is not None:
+        return _with_law(model, current, tried, recordings, progress)
     return freed
 
 
@@ -97,9 +102,13 @@ Tried = tuple[tuple[Model, Step], ...]
 
 
 def _remembering(
-    model: Model, current: Explanation, best: Step | None, recordings: Recordings, progress: Progress
+    model: Model,
+    current: Explanation,
+    best: Step | None,
+    found: Sequence[Loop],
+    recordings: Recordings,
+    progress: Progress,
 ) -> Tried | None:
-    found = loops(model, current)
     least = WORTH + float(np.log(len(model.training.y)))
     if not found or found[0].beyond < least or found[0].gain < (LIKELY * best.score.gain if best else 0.0):
         return None
