@@ -23,7 +23,7 @@ from symdyn.numeric.filtering.explain import (
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
 from symdyn.numeric.filtering.memory import Loop, with_every_hypothesis, with_memory
 from symdyn.numeric.filtering.model import Model
-from symdyn.numeric.filtering.structure import EFFECT, TITLE, rigid_joints, with_shaft
+from symdyn.numeric.filtering.structure import EFFECT, TITLE, resonance, rigid_joints, with_shaft
 from symdyn.numeric.findings import Alternative, Finding, Rival
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.recording import Recording
@@ -32,6 +32,7 @@ from symdyn.physics import catalogue
 Progress = Callable[[str], None]
 Recordings = tuple[Recording, Recording]
 
+NYQUIST = 0.5  # periods per sample
 LIKELY = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
 
 
@@ -143,6 +144,8 @@ def _freed(
         least = WORTH + float(np.log(len(model.training.y)))
         if gain < max(least, best.gain if best else 0.0) or after.heldout > (1.0 - EARNS) * current.heldout:
             continue
+        if resonance(flexible, after.fit) * float(np.nanmedian(model.training.steps)) > NYQUIST:
+            continue  # as good as rigid at this sampling rate: it fits something else
         new = flexible.freed[-1]
         values = {k: estimate(flexible, after.fit, getattr(new, k)) for k in ("stiffness", "damping")}
         p_value = heldout_p_value(current, after)

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
-from symdyn.numeric.filtering.likelihood import Belief, fit
+from symdyn.numeric.filtering.likelihood import Belief, MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
 from symdyn.numeric.filtering.model import Freed, Lagging, Model, natural_force, prepare, with_latent, without_latent
 from symdyn.numeric.recording import Recording
@@ -80,6 +80,18 @@ def with_shaft(
     found = tuple((kept.get((c.effect, c.place.address), c), shape) for c, shape in current.found)
     model = replace(model, beliefs={n: b for n, b in beliefs.items() if n in model.beliefs})
     return model, explained(model, found, beliefs, done)
+
+
+def resonance(model: Model, fitted: MLFit) -> float:
+    """Hz, undamped, of the rotor that was freed last against its joint."""
+    kernel, new = model.kernel, model.freed[-1]
+    n = len(kernel.coordinates)
+    x = np.concatenate([np.zeros(n), np.ones(len(kernel.states) - n)])  # in motion: friction does not turn
+    p = fitted.p[: len(kernel.parameters)]
+    slope = np.asarray(kernel.state_derivative_state_jacobian_p(x, np.zeros(len(kernel.inputs)), p))
+    ends = [kernel.coordinates.index(at) for at in (new.joint, f"{new.joint}.{new.rotor}")]
+    springs = slope[n : 2 * n, :n][np.ix_(ends, ends)]
+    return math.sqrt(max(0.0, float(-np.linalg.eigvals(springs).real.min()))) / (2.0 * math.pi)
 
 
 def _flexible(robot: Robot, joint: Joint) -> tuple[Robot, Freed]:
