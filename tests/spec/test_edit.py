@@ -7,7 +7,7 @@ import pytest
 
 import symdyn
 from symdyn.base.errors import InputError
-from symdyn.spec.edit import add_effect, set_parameter
+from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.effect_schema import EffectSchema
 from symdyn.spec.toml_reader import read_robot_text
 
@@ -150,3 +150,16 @@ def test_names_that_are_none_are_refused(type_: str, key: str, valid: str) -> No
     with pytest.raises(InputError) as caught:
         add_effect(valid, type_, "elbow", {key: "1 N m"})
     assert caught.value.problems[0].code == "SD101"
+
+
+def test_a_value_more_of_an_effect(catalogue: Catalogue) -> None:
+    """The one at that place, its other values and all comments kept; what is there already gets another value."""
+    tachometer = '\n[[effect]] # the sensor\ntype = "tachometer"\nat = "{}"\nconstant = "0.03 V s/rad"\n'
+    text = FORMS.partition("\n")[2].removeprefix("]\n") + tachometer.format("a") + tachometer.format("b")
+    once = set_effect(text, "tachometer", "b", {"time_constant": "8 ms"})
+    assert comments(once) == comments(text)
+    assert once.splitlines()[:-1] == text.splitlines()
+    assert once.splitlines()[-1] == 'time_constant = "8 ms"'
+    twice = set_effect(once, "tachometer", "b", {"time_constant": "0.009 s"})
+    assert twice == once.replace("8 ms", "0.009 s")
+    assert set_effect(text, "ammeter", "a", {"offset": "1 A"}) == add_effect(text, "ammeter", "a", {"offset": "1 A"})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -16,6 +16,8 @@ from symdyn.numeric.filtering.signals import Signals
 Array = NDArray[np.float64]
 
 DEAF = 1e30  # variance of a measurement that a filter does not listen to
+SHIFT = 0.05  # of a step, for the difference quotient of a delay
+BENT = 1e-2  # of the travel: what a hidden displacement may be at the start
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,17 +59,24 @@ class Pass:
 
 
 class FilterBench:
-    """Runs the filter on one recording; parameter vectors are those of the kernel."""
+    """Runs the filter on one recording; parameter vectors are those of the kernel, and the ``delays`` of its inputs."""
 
-    def __init__(self, kernel: Kernel, signals: Signals, noise: Noise, held: bool = False, substeps: int = 1) -> None:
-        """``held``: an input keeps its value over a step; else it goes straight to its next sample."""
+    def __init__(
+        self,
+        kernel: Kernel,
+        signals: Signals,
+        noise: Noise,
+        held: bool = False,
+        substeps: int = 1,
+        delays: Sequence[str] = (),
+    ) -> None:
+        """``held``: an input keeps its value over a step; else it goes straight to its next sample.
+
+        ``delays`` names parameters beyond the kernel's: by how much each input comes late, in s.
+        """
         self.kernel, self.signals, self.noise = kernel, signals, noise
-        self.held, self.substeps = held, substeps
-        self.index = {name: i for i, name in enumerate(kernel.parameters)}
-        u = signals.u
-        self._slope = np.zeros_like(u)
-        if not held:
-            self._slope[:-1] = np.nan_to_num(np.diff(u, axis=0) / signals.steps[:-1, None])
+        self.held, self.substeps, self.delays = held, substeps, tuple(delays)
+        self.index = {name: i for i, name in enumerate((*kernel.parameters, *delays))}
         self._start, self._spread = _start(kernel, signals)
         module = kernel.module
         self._rates = (
@@ -83,35 +92,82 @@ class FilterBench:
         )
 
     def with_noise(self, noise: Noise) -> FilterBench:
-        return FilterBench(self.kernel, self.signals, noise, self.held, self.substeps)
+        return FilterBench(self.kernel, self.signals, noise, self.held, self.substeps, self.delays)
 
-    def filtered(self, p: Array, names: Sequence[str] = ()) -> Pass:
-        """The filter at parameters ``p`` (np,), differentiated by those named."""
+    def filtered(self, p: Array, names: Sequence[str] = (), weight: Array | None = None) -> Pass:
+        """The filter at parameters ``p`` (np + delays,), differentiated by those named.
+
+        ``weight`` (N, q): how far each of them goes along in the step after each sample; all the way, if None.
+        """
         s, noise = self.signals, self.noise
         count, m, n = len(s.y), s.y.shape[1], len(self.kernel.states)
-        which = np.array([self.index[name] for name in names], dtype=np.int64)
-        e, variances = np.zeros((count, m)), np.ones((count, m))
-        slopes, states = np.zeros((count, m, len(which))), np.zeros((count, n + len(noise.decay)))
+        late = [name in self.delays for name in names]
+        which = np.array([self.index[name] for name, delay in zip(names, late, strict=True) if not delay], np.int64)
+        whole = np.ones((count, len(which))) if weight is None else weight
+        own, u, slope, steps, parts = self._driven(p)
+        rows = count * parts
+        e, variances = np.zeros((rows, m)), np.ones((rows, m))
+        slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(noise.decay)))
         loss = run(
-            *self._rates, *self._outputs, s.u, self._slope, s.y, s.steps, np.ascontiguousarray(p), which, noise.r,
-            s.index, np.ascontiguousarray(noise.directions), noise.decay, noise.power, self._start, self._spread,
+            *self._rates, *self._outputs, u, slope, _between(s.y, parts), steps, own, which,
+            np.ascontiguousarray(np.repeat(whole, parts, axis=0)), noise.r, s.index,
+            np.ascontiguousarray(noise.directions), noise.decay, noise.power, self._start, self._spread,
             self.substeps, len(self.kernel.outputs), e, variances, slopes, states,
         )  # fmt: skip
-        return Pass(float(loss), e, variances, slopes, states)
+        done = Pass(float(loss), *(values[::parts] for values in (e, variances, slopes, states)))
+        return done if not any(late) else replace(done, slopes=self._with_delays(p, names, late, done))
+
+    def _with_delays(self, p: Array, names: Sequence[str], late: Sequence[bool], done: Pass) -> Array:
+        """Sensitivities with those by delays among them, which are difference quotients."""
+        found = np.zeros((*done.innovations.shape, len(names)))
+        found[:, :, ~np.array(late)] = done.slopes
+        moved_by = SHIFT * float(np.nanmedian(self.signals.steps))
+        for j, name in enumerate(names):
+            if late[j]:
+                moved = p.copy()
+                moved[self.index[name]] += moved_by
+                found[:, :, j] = (self.filtered(moved).innovations - done.innovations) / moved_by
+        return found
 
     def simulated(self, p: Array, start: Array, first: int, stop: int) -> Array:
         """(stop - first, m) what the channels would show from state ``start`` (n,) at sample ``first`` on."""
         s, n, m = self.signals, len(self.kernel.states), self.signals.y.shape[1]
-        count, none = stop - first, np.zeros(0)
-        shown = np.zeros((count, m))
-        e, variances, slopes = np.zeros((count, m)), np.ones((count, m)), np.zeros((count, m, 0))
+        own, u, slope, steps, parts = self._driven(p)
+        here, rows, none = slice(first * parts, stop * parts), (stop - first) * parts, np.zeros(0)
+        e, variances, slopes = np.zeros((rows, m)), np.ones((rows, m)), np.zeros((rows, m, 0))
         run(
-            *self._rates, *self._outputs, s.u[first:stop], self._slope[first:stop], shown, s.steps[first:stop],
-            np.ascontiguousarray(p), np.zeros(0, dtype=np.int64), np.full(m, DEAF), s.index,
-            np.zeros((len(p), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
-            e, variances, slopes, np.zeros((count, n)),
+            *self._rates, *self._outputs, u[here], slope[here], _between(np.zeros((stop - first, m)), parts),
+            steps[here], own, np.zeros(0, dtype=np.int64), np.zeros((rows, 0)), np.full(m, DEAF), s.index,
+            np.zeros((len(own), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
+            e, variances, slopes, np.zeros((rows, n)),
         )  # fmt: skip
-        return -e  # of measurements that are zero, and move nothing
+        return -e[::parts]  # of measurements that are zero, and move nothing
+
+    def _driven(self, p: Array) -> tuple[Array, Array, Array, Array, int]:
+        """The kernel's own parameters; inputs, their slopes and steps; into how many parts steps are cut.
+
+        An input that is held and comes late by more than whole steps jumps within each.
+        """
+        own = np.ascontiguousarray(p[: len(self.kernel.parameters)])
+        late = p[len(self.kernel.parameters) :]
+        u, steps = self.signals.u.copy(), self.signals.steps
+        usual = float(np.nanmedian(steps))
+        rest = np.zeros(u.shape[1])
+        for j, delay in enumerate(late):
+            whole = int(delay / usual)
+            rest[j] = delay / usual - whole
+            u[:, j] = u[np.maximum(np.arange(len(u)) - whole, 0), j]
+        before = np.vstack([u[:1], u[:-1]])
+        if not self.held:
+            u += rest * (before - u)
+            slope = np.zeros_like(u)
+            slope[:-1] = np.nan_to_num(np.diff(u, axis=0) / steps[:-1, None])
+            return own, u, slope, steps, 1
+        ends = np.unique(np.append(rest[rest > 0.0], 1.0))
+        cut = [np.where(rest >= end, before, u) for end in ends]
+        parts = np.diff(ends, prepend=0.0)
+        many = np.stack(cut, axis=1).reshape(-1, u.shape[1])
+        return own, many, np.zeros_like(many), (steps[:, None] * parts).ravel(), len(ends)
 
     def residual(self, p: Array) -> Array:
         """(N, m) whitened innovations."""
@@ -121,6 +177,15 @@ class FilterBench:
         """(N, m, k) what a parameter takes off the whitened innovations, per unit."""
         done = self.filtered(p, names)
         return -done.slopes / np.sqrt(done.variances)[:, :, None]
+
+
+def _between(y: Array, parts: int) -> Array:
+    """Nothing is measured between two samples."""
+    if parts == 1:
+        return y
+    wide = np.full((len(y), parts, y.shape[1]), np.nan)
+    wide[:, 0] = y
+    return wide.reshape(-1, y.shape[1])
 
 
 def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
@@ -157,7 +222,8 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
                 cov[first + i, first + j] = size**2
             cov[first + i, first + i] += apart**2
     for i in range(2 * coordinates, n):
-        cov[i, i] = other**2
+        hidden = {"1": 1.0, "rad": BENT * travel, "m": BENT * travel}.get(kernel.state_units[i], other)
+        cov[i, i] = hidden**2
     return x, cov
 
 

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.explain import WORTH, Explanation
+from symdyn.numeric.filtering.hypotheses import kept
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Model
+from symdyn.numeric.filtering.when import when
 from symdyn.numeric.filtering.windows import overall, sizes
 from symdyn.numeric.findings import (
     Diagnosis,
@@ -26,7 +28,8 @@ from symdyn.numeric.findings import (
     Traces,
 )
 from symdyn.numeric.verdict import verdict_of
-from symdyn.spec.edit import add_effect, free_rotor, set_parameter
+from symdyn.physics import catalogue
+from symdyn.spec.edit import add_effect, free_rotor, set_effect, set_parameter
 from symdyn.spec.records import JOINT_END, Robot
 
 Array = NDArray[np.float64]
@@ -37,6 +40,7 @@ SHARE = 0.1  # of what is left that must be structure for it to be worth a word
 
 def conclude(
     model: Model,
+    as_given: Model,
     robot: Robot,
     places: Sequence[Place],
     given: Explanation,
@@ -45,7 +49,7 @@ def conclude(
     alarms: Sequence[str],
     names: tuple[str, str],
 ) -> Diagnosis:
-    """``robot`` is the model as given; ``names`` are those of the training and the held-out recording."""
+    """``robot`` is the model as given, ``as_given`` with every hypothesis; ``names``: of the two recordings."""
     diagnosed = specification(model, robot, final)
     compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
@@ -67,7 +71,7 @@ def conclude(
         training=names[0],
         heldout=names[1],
         traces=_traces(model, given, final),
-        located=_located(places) if _beyond(before, floor) > SHARE else (),
+        located=_located(as_given, given, places) if _beyond(before, floor) > SHARE else (),
         noise_floor=floor,
         judged="motion of the channels in free runs",
     )
@@ -86,6 +90,9 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
         values = {k: e.written for k, e in numbers.items()}
         shaft = {"name": new.shaft, "from": new.rotor, "to": JOINT_END, **values}
         text = free_rotor(text, robot, new.joint, new.rotor, shaft)
+    for late in model.lagging:
+        value = estimate(model, final.fit, late.parameter).written
+        text = set_effect(text, late.effect, late.at, {late.name: value})
     for candidate, _ in final.found:
         values = {k: e.written for k, e in parameters(model, final, candidate).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
@@ -95,12 +102,14 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
 def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str, Estimate]:
     """The candidate's parameters as fitted, by their names in the effect's declaration."""
     schemas = (*candidate.linear, *candidate.shapes)
-    return {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
+    found = {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
+    units = {s.name: candidate.unit(s) for s in catalogue()[candidate.effect].parameters}
+    return found | {name: Estimate(float(number), None, units[name]) for name, number in kept(candidate).items()}
 
 
 def estimate(model: Model, of: MLFit, name: str) -> Estimate:
     index = of.bench.index[name]
-    value, unit = float(of.p[index]), model.kernel.parameter_units[index]
+    value, unit = float(of.p[index]), model.unit(name)
     if name not in of.names:
         return Estimate(value, None, unit)
     i = of.names.index(name)
@@ -137,12 +146,18 @@ def _beyond(errors: Errors, floor: NoiseFloor) -> float:
     return max(0.0, 1.0 - (floor.errors.heldout / max(errors.heldout, 1e-300)) ** 2)
 
 
-def _located(places: Sequence[Place]) -> tuple[Located, ...]:
-    found = []
-    for place in places:
-        if place.gain > WORTH:
-            found.append(Located(place.latent.place, together(place, places), place.gain))
-    return tuple(found)
+def _located(model: Model, given: Explanation, places: Sequence[Place]) -> tuple[Located, ...]:
+    """``model`` as given: what the best place's mismatch follows is told, and no more than the place of others."""
+    likely = [place for place in places if place.gain > WORTH]
+    return tuple(
+        Located(
+            place.latent.place,
+            together(place, places),
+            place.gain,
+            when(model, given, place.latent) if place is likely[0] else (),
+        )
+        for place in likely
+    )
 
 
 def _moved(model: Model, of: MLFit) -> list[str]:

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
+from symdyn.numeric.filtering.late import absorbing, late
 from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
+from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors, sizes
 from symdyn.numeric.regression import encompassing, long_run_covariance
@@ -26,6 +29,9 @@ WORTH = 10.0  # nats that an effect must bring on training data, beside half the
 ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
 TRIED = 5  # hypotheses that are fitted in full at each step
+PROMISING = 0.2  # of the largest expected gain: what promises less is not fitted
+ROUNDS = 6  # of a fit that only sorts
+LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
 
 
@@ -54,6 +60,7 @@ class Step:
     after: Explanation
     gain: float
     p_value: float  # of no gain on held-out data
+    group: tuple[str, ...] = ()  # places that are not told apart, as far as that is known already
 
 
 def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Explanation:
@@ -67,18 +74,18 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
     return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted, off)
 
 
-def with_effect(
-    model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array
-) -> Explanation:
-    """The explanation with one more effect, everything fitted again from where it stands."""
+def with_effect(model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> MLFit:
+    """The fit with one more effect, everything fitted again from where it stands: roughly, to sort by."""
     p = current.fit.p.copy()
     index = current.fit.bench.index
     for schema, value in zip(candidate.linear, start, strict=True):
         p[index[candidate.parameter(schema)]] = value
     for schema in candidate.shapes if shape is not None else ():
         p[index[candidate.parameter(schema)]] = shape
+    if candidate.effect == DELAY and set(absorbing(current)) & model.electrical:
+        p = late(current, p, candidate.parameter(candidate.linear[0]))
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
-    return explained(model, (*current.found, (candidate, shape)), beliefs, fit(current.fit.bench, p, beliefs))
+    return fit(current.fit.bench, p, beliefs, most=ROUNDS)
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -86,18 +93,26 @@ def without_effect(model: Model, current: Explanation, item: tuple[Candidate, fl
     p, index = current.fit.p.copy(), current.fit.bench.index
     names = {candidate.parameter(s) for s in (*candidate.linear, *candidate.shapes)}
     for name in names:
-        p[index[name]] = model.kernel.values[index[name]]
+        p[index[name]] = model.values[index[name]]
     beliefs = {name: belief for name, belief in current.beliefs.items() if name not in names}
     rest = tuple(other for other in current.found if other is not item)
     return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs))
 
 
+def remembered(of: Explanation) -> tuple[Candidate, ...]:
+    """What was found that has states of its own."""
+    return tuple(c for c, _ in of.found if c.effect in MEMORIES)
+
+
 def step(
-    model: Model, current: Explanation, alarms: list[str], progress: Progress
+    model: Model, current: Explanation, alarms: list[str], progress: Progress, rival: float = 0.0
 ) -> tuple[Step | None, tuple[Step, ...]]:
-    """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place."""
+    """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place.
+
+    ``rival``: nats that something else is expected to gain; what promises far less is not fitted.
+    """
     present = {(c.effect, c.place.address) for c, _ in current.found}
-    here = present | {(e.type, e.at) for e in model.robot.effects}
+    here = present | {(e.type, at) for e in model.robot.effects for at in same_place(model.robot, e.at)}
     ready = [
         c
         for c in model.proposed
@@ -105,17 +120,28 @@ def step(
     ]
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
     tests = len(ranked)
-    promising = [s for s in ranked if s.gain > WORTH and s.p_value * tests < LEVEL][:TRIED]
-    tried = []
+    least = max(WORTH, PROMISING * max(rival, max((s.gain for s in ranked), default=0.0)))
+    promising = [s for s in ranked if s.gain > least and s.p_value * tests < LEVEL][:TRIED]
+    if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
+        promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
+    rough = []
     for score in promising:
         progress(f"fitting {score.candidate.label}")
-        after = with_effect(model, current, score.candidate, score.shape, score.estimate)
-        gain = current.fit.loss - after.fit.loss
-        tried.append(Step(score, after, gain, heldout_p_value(current, after)))
-    tried.sort(key=lambda s: s.after.fit.loss + _price(model, s.score.candidate))
+        rough.append((score, with_effect(model, current, score.candidate, score.shape, score.estimate)))
+    worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
+    tried = []
+    for (score, fitted), gained in zip(rough, worth, strict=True):
+        if gained < LIKELY * max(worth):
+            continue
+        progress(f"fitting {score.candidate.label}, closer")
+        beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
+        found = (*current.found, (score.candidate, score.shape))
+        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
+        tried.append(Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after)))
+    tried.sort(key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
     for each in tried:
         label = each.score.candidate.label
-        if each.gain < WORTH + _price(model, each.score.candidate):
+        if each.gain < WORTH + price(model, each.score.candidate):
             continue
         if not certain(model, each.after, each.score.candidate):
             alarms.append(f"{label} raises the likelihood, but its size cannot be told from zero")
@@ -124,6 +150,40 @@ def step(
         else:
             return each, tuple(tried)
     return None, tuple(tried)
+
+
+def sampled(model: Model, current: Explanation) -> Explanation:
+    """The same with inputs held over a step instead of straight, or the other way round, where that fits better.
+
+    Either looks like half a step of delay to the other; so it is tried where a delay would gain something.
+    """
+    late = [c for c in model.proposed if c.effect == DELAY]
+    bench, p = current.fit.bench, current.fit.p
+    found = scores(bench, p, tuple(current.beliefs), late)
+    if not found or found[0].gain < WORTH:
+        return current
+    other = fit(model.bench(model.training, bench.noise, not bench.held), p, current.beliefs, most=ROUNDS)
+    if other.loss > current.fit.loss:
+        return current
+    return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))
+
+
+def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Progress) -> tuple[Step, Step] | None:
+    """Two effects that only help the motion together, though the first alone raises the likelihood beyond doubt.
+
+    Coulomb friction without the Stribeck effect beside it, say, is fitted where the motion turns, and far off
+    elsewhere.
+    """
+    for first in tried:
+        sure = first.gain > WORTH + price(model, first.score.candidate) and certain(
+            model, first.after, first.score.candidate
+        )
+        if sure and likelier(current, first.after) < LEVEL:
+            second, _ = step(model, first.after, [], progress)
+            if second is not None and second.after.heldout < (1.0 - 2.0 * EARNS) * current.heldout:
+                return first, second
+            return None
+    return None
 
 
 def certain(model: Model, after: Explanation, candidate: Candidate) -> bool:
@@ -151,7 +211,8 @@ def alike(chosen: Step, tried: Sequence[Step]) -> tuple[Step, ...]:
     )
 
 
-def _price(model: Model, candidate: Candidate) -> float:
+def price(model: Model, candidate: Candidate) -> float:
+    """In nats: half the logarithm of the number of samples for each number (BIC)."""
     return 0.5 * candidate.size * float(np.log(len(model.training.y)))
 
 
@@ -160,11 +221,16 @@ def heldout_p_value(before: Explanation, after: Explanation) -> float:
 
     The smaller of the two, doubled; samples that are correlated are allowed for in both.
     """
+    likelihood = likelier(before, after)
+    whole = np.all(np.isfinite(before.off) & np.isfinite(after.off), axis=1)
+    gain, running = encompassing(before.off[whole], after.off[whole])
+    return min(1.0, 2.0 * min(likelihood, running if gain > 0 else 1.0))
+
+
+def likelier(before: Explanation, after: Explanation) -> float:
+    """p-value, one-sided, of no gain in held-out likelihood."""
     difference = after.score - before.score
     if not np.all(np.isfinite(difference)):
         return 1.0
     spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
-    likelihood = float(stats.norm.sf(float(np.mean(difference)) / max(spread, 1e-300)))
-    whole = np.all(np.isfinite(before.off) & np.isfinite(after.off), axis=1)
-    gain, running = encompassing(before.off[whole], after.off[whole])
-    return min(1.0, 2.0 * min(likelihood, running if gain > 0 else 1.0))
+    return float(stats.norm.sf(float(np.mean(difference)) / max(spread, 1e-300)))

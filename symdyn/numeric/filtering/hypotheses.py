@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, fitted_parameters
 from symdyn.numeric.filtering.signals import Signals
 from symdyn.physics import catalogue
@@ -19,6 +20,10 @@ from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, PlaceKi
 
 Array = NDArray[np.float64]
 
+DELAY = "input_delay"
+MEMORIES = {"dahl_friction": "stiffness", "bouc_wen_hysteresis": "level", "lugre_friction": "stiffness"}  # and size
+COUNTS = {"bouc_wen_hysteresis": {"exponent": 2.0}}  # one with an exponent of 1 is Dahl's law, or near it
+PHASES = 8  # angles that are tried around the circle
 NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
 SPEEDS = 10  # grid points over the speeds that occur
 ORDERS = 32  # waves per turn that are tried
@@ -44,12 +49,18 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
         if place.address in fixed:
             continue
         for effect in catalogue().values():
-            if not effect.proposable or place.kind not in effect.attaches_to or place.motion not in effect.motions:
+            if (
+                not effect.proposable
+                or effect.identifier in MEMORIES
+                or place.kind not in effect.attaches_to
+                or place.motion not in effect.motions
+            ):
                 continue
             if (effect.identifier, place.address) in present or _part_of_drive(effect.identifier, place.kind):
                 continue
-            shapes = [p for p in effect.parameters if _is_shape(p)]
-            linear = tuple(p for p in effect.parameters if not _is_shape(p))
+            free = [p for p in effect.parameters if not (p.is_count or p.scan is Scan.ASSUMED or _is_kept(p))]
+            shapes = [p for p in free if _is_shape(p)]
+            linear = tuple(p for p in free if not _is_shape(p))
             if len(shapes) > 1 or (place.motion is not Motion.ROTATIONAL and any(
                 p.scan is Scan.ANGLE_ORDER for p in shapes
             )):  # fmt: skip
@@ -58,12 +69,37 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
+def memories(robot: Robot, address: str) -> tuple[Candidate, ...]:
+    """Laws of friction with a state of their own, at a place where the robot has none of them yet."""
+    place = next(p for p in places(robot) if p.address == address)
+    present = {e.type for e in robot.effects if e.at == address}
+    found = []
+    for identifier, size in MEMORIES.items():
+        effect = catalogue()[identifier]
+        if place.kind in effect.attaches_to and identifier not in present:
+            linear = tuple(p for p in effect.parameters if p.name == size)
+            rest = tuple(p for p in effect.parameters if p.name != size and not p.is_count)
+            found.append(Candidate(identifier, effect.title, place, linear, rest, None))
+    return tuple(found)
+
+
+def kept(candidate: Candidate) -> Mapping[str, float]:
+    """Parameters of an effect that are taken for given: no recording of a drive tells them, or they are structure."""
+    schemas = catalogue()[candidate.effect].parameters
+    assumed = {p.name: p.tried[0] for p in schemas if p.scan is Scan.ASSUMED}
+    return {**assumed, **COUNTS.get(candidate.effect, {})}
+
+
 def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
     """The robot with every candidate attached at its null value: one kernel serves all hypotheses."""
     effects, parameters = list(robot.effects), list(robot.parameters)
     for candidate in proposed:
         values = []
-        for schema in catalogue()[candidate.effect].parameters:
+        if candidate.effect == DELAY:
+            continue  # the recorded input is shifted instead
+        for key, number in kept(candidate).items():
+            values.append((key, Monomial(Fraction(str(number)))))
+        for schema in (*candidate.linear, *candidate.shapes):
             name = candidate.parameter(schema)
             null = 1.0 if schema.null is None else min(schema.null, NO_LIMIT)
             parameters.append(Parameter(name, null, candidate.unit(schema), schema.latex, schema.meaning))
@@ -89,6 +125,23 @@ def free_parameters(robot: Robot) -> tuple[str, ...]:
     return tuple(p.name for p in robot.parameters if p.name in names)
 
 
+def delays(kernel: Kernel, proposed: Sequence[Candidate]) -> tuple[str, ...]:
+    """For each input of the kernel a name for how late it comes, that of the hypothesis where there is one."""
+    named = {c.place.address.partition(".")[0]: c.parameter(c.linear[0]) for c in proposed if c.effect == DELAY}
+    joints = [name.partition(".")[0] for name in kernel.inputs]
+    return tuple(named.get(joint, f"{joint}_{DELAY}") for joint in joints)
+
+
+def is_angle(schema: ParameterSchema) -> bool:
+    """Whether a shape is a phase: any angle will do for a start, and none is its scale."""
+    return schema.scan is Scan.ANGLE
+
+
+def _is_kept(schema: ParameterSchema) -> bool:
+    """A parameter that is something when nobody names it: it stays so."""
+    return schema.default is not None and schema.default != schema.null
+
+
 def _is_shape(schema: ParameterSchema) -> bool:
     return schema.scan is not Scan.NONE or schema.null is None or not math.isfinite(schema.null)
 
@@ -105,6 +158,8 @@ def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
     if not candidate.shapes:
         return np.array([np.nan])
     (shape,) = candidate.shapes
+    if is_angle(shape):
+        return np.linspace(0.0, 2.0 * np.pi, PHASES, endpoint=False)
     if shape.scan is Scan.SPEED:
         return np.geomspace(speed / 100.0, speed, SPEEDS)
     if shape.scan is Scan.ANGLE_ORDER:

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 KINK = 0.1  # of a usual rate: what the slope at the start of a step does not foretell of it
 MEMORY = 1000.0  # samples that say what is usual
 FINE = 16  # pieces of a step with a kink in it
+ALIKE = 1e-4  # relative change of the machine's Jacobian: with the one before a step goes as far
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
 _vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
@@ -31,7 +32,7 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
         ),  # rate of the state, its derivatives by state, input, parameters
         *(_to_vector, _to_matrix, _to_matrix),  # outputs, their derivatives by state and parameters
         *(_matrix, _matrix, _matrix, _vector),  # inputs, their slopes, measurements, steps
-        *(_vector, _counts, _vector),  # parameters, which are differentiated by, measured signals' variances
+        *(_vector, _counts, _matrix, _vector),  # parameters, by which is differentiated, how far, signals' variances
         *(_counts, _matrix, _vector, _vector),  # measured signals, latent directions, their decay rates and variances
         *(_vector, _matrix, types.int64, types.int64),  # start, its covariance, substeps, how many outputs
         *(_matrix, _matrix, _cube, _matrix),  # innovations, variances, sensitivities, states
@@ -53,6 +54,7 @@ def run(  # type: ignore[no-untyped-def]
     steps,
     p,
     which,
+    weight,
     r,
     signals,
     latent,
@@ -72,7 +74,8 @@ def run(  # type: ignore[no-untyped-def]
     State z = [x, w]: w (l,) are latent forces, Ornstein-Uhlenbeck processes along ``latent`` (np, l) in
     the space of parameters. Measurement c shows state ``signals[c]``, or output ``signals[c] - n``. A
     measurement that is nan is left out; a step that is not finite starts the state anew.
-    Sensitivities (d innovation / d p) take the gains as given (Ljung 1999, ch. 10: pseudo-linear regression).
+    Sensitivities (d innovation / d p) take the gains as given (Ljung 1999, ch. 10: pseudo-linear regression);
+    ``weight`` (N, q) is how far a parameter goes along in each step: a force with a course of its own is one, too.
     """
     n, nu, nl, m, q, count = len(x0), u.shape[1], len(decay), y.shape[1], len(which), len(y)
     nz, na = n + nl, n + nu
@@ -184,7 +187,7 @@ def run(  # type: ignore[no-untyped-def]
             for i in range(n):
                 for j in range(na):
                     a[i, j] = by_x[i, j] if j < n else by_u[i, j - n]
-                    if a[i, j] != a_old[i, j]:
+                    if not abs(a[i, j] - a_old[i, j]) <= ALIKE * abs(a_old[i, j]):
                         same = False
             if not same:
                 unchanged = False
@@ -242,8 +245,8 @@ def run(  # type: ignore[no-untyped-def]
                 f_p(x, control, p, by_p_there)
                 for i in range(n):
                     for j in range(q):
-                        source[i, j] = by_p[i, which[j]]
-                        growth[i, j] = (by_p_there[i, which[j]] - by_p[i, which[j]]) / h
+                        source[i, j] = weight[k, j] * by_p[i, which[j]]
+                        growth[i, j] = weight[k, j] * (by_p_there[i, which[j]] - by_p[i, which[j]]) / h
                         for c in range(nl):
                             source[i, j] += force[i, c] * dz[n + c, j]
                 product(integral[:n, :n], source, moved)

@@ -158,19 +158,21 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
     lower, upper = np.log(lower), np.log(upper)
     here = bench.filtered(p)
     m = len(noise.r)
-    gradient, spread, errors = np.zeros(len(values)), [], []
-    for j in range(len(values)):
+    free = np.flatnonzero(upper > lower)
+    gradient, spread, errors = np.zeros(len(free)), [], []
+    for i, j in enumerate(free):
         moved = values.copy()
         moved[j] += PROBE
         there = bench.with_noise(_noise(noise, moved, m)).filtered(p)
-        gradient[j] = (there.loss - here.loss) / PROBE
+        gradient[i] = (there.loss - here.loss) / PROBE
         spread.append((np.log(there.variances) - np.log(here.variances)).ravel() / PROBE)
         errors.append(((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE)
     s, d = np.array(spread), np.array(errors)
     fisher = 0.5 * s @ s.T + d @ d.T
     fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
     # half the probe off: the quotient is that of the middle
-    change = np.clip(-np.linalg.solve(fisher, gradient - 0.5 * PROBE * np.diag(fisher)), -LONGEST, LONGEST)
+    change = np.zeros(len(values))
+    change[free] = np.clip(-np.linalg.solve(fisher, gradient - 0.5 * PROBE * np.diag(fisher)), -LONGEST, LONGEST)
     factor = 1.0
     while factor > 0.05:
         moved = np.clip(values + factor * change, lower, upper)

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 POWERS = np.logspace(-5, 1, 7)  # of a latent force, relative to what moves the machine: where its fit starts
 ROUGH, ROUNDS = 2.0, 15  # nats and rounds of a fit that only locates
 TOGETHER = 5.0  # nats: what is closer than this is not told apart (odds of 150 to 1 would tell it)
+FEW = 4  # rounds that tell whether an input is held, or that a force is none of the likeliest
+NEAR = 200.0  # nats behind the best: forces that are fitted further
 APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
 
 
@@ -35,19 +37,21 @@ class Place:
 def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
     """The model without any unknown force, fitted, and with one at each place, best first."""
     fits: list[tuple[Latent, MLFit]] = []
-    p = model.kernel.values
+    p = model.values
     held, noise = False, without_latent(model, model.training)
     for latent in model.latents:
         progress(f"an unknown force at {latent.place}")
-        first = not fits
-        done = _fitted(model, latent, p, noise, held)
-        if first:  # whether inputs are held between samples, or go straight: what the innovations say
-            other = _fitted(model, latent, done.p, done.bench.noise, True)
-            if other.loss < done.loss:
-                done, held = other, True
-        fits.append((latent, done))
+        if not fits:  # whether inputs are held between samples, or go straight: what the innovations say
+            straight, kept = (_fitted(model, latent, p, noise, choice, FEW) for choice in (False, True))
+            held = kept.loss < straight.loss
+            p, noise = (kept if held else straight).p, (kept if held else straight).bench.noise
+        fits.append((latent, _fitted(model, latent, p, noise, held, ROUNDS if not fits else FEW)))
         best = min(fits, key=lambda item: item[1].loss)[1]
         p, noise = best.p, best.bench.noise
+    for i, (latent, rough) in enumerate(fits):
+        if rough.loss - best.loss < NEAR:
+            progress(f"an unknown force at {latent.place}, closer")
+            fits[i] = latent, fit(rough.bench, rough.p, model.beliefs, settled=ROUGH, most=ROUNDS)
     progress("no unknown force")
     best = min(fits, key=lambda item: item[1].loss)[1]
     none = fit(best.bench.with_noise(best.bench.noise.quiet), best.p, model.beliefs, settled=ROUGH, most=ROUNDS)
@@ -79,9 +83,9 @@ def certainly_apart(first: Array, second: Array) -> bool:
     return abs(mean) > APART * spread
 
 
-def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool) -> MLFit:
+def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool, most: int = ROUNDS) -> MLFit:
     bench = model.bench(model.training, noise, held)
     powers = natural_force(model, model.training, latent.direction) ** 2 * POWERS
     trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
     losses = [trial.filtered(p).loss for trial in trials]
-    return fit(trials[int(np.argmin(losses))], p, model.beliefs, settled=ROUGH, most=ROUNDS)
+    return fit(trials[int(np.argmin(losses))], p, model.beliefs, settled=ROUGH, most=most)

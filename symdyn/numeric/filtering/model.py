@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,9 +13,9 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.bench import FilterBench, Noise
-from symdyn.numeric.filtering.hypotheses import augmented, free_parameters, hypotheses
+from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses, is_angle
 from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
-from symdyn.numeric.filtering.places import Latent, latents
+from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Monomial, Robot
@@ -41,6 +42,16 @@ class Freed:
     damping: str
 
 
+@dataclass(frozen=True, slots=True)
+class Lagging:
+    """A sensor of the model that got a lag: its effect, where, and the parameter (in the effect, in the kernel)."""
+
+    effect: str
+    at: str
+    name: str
+    parameter: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """``robot`` as given (with an ammeter where a current was measured), its kernel with all ``proposed`` in it."""
@@ -52,26 +63,46 @@ class Model:
     beliefs: Beliefs
     training: Signals
     heldout: Signals
+    delays: tuple[str, ...] = ()  # parameters beyond the kernel's: by how much each of its inputs comes late
     freed: tuple[Freed, ...] = ()
+    lagging: tuple[Lagging, ...] = ()
+
+    @property
+    def values(self) -> Array:
+        """(np + delays,) of the model as given: every hypothesis at its null value."""
+        return np.append(self.kernel.values, np.zeros(len(self.delays)))
+
+    @property
+    def electrical(self) -> frozenset[str]:
+        """Parameters of resistances and inductances."""
+        motors = [joint.drive.motor for joint in self.robot.joints if joint.drive and joint.drive.motor]
+        return frozenset(n for m in motors for value in (m.resistance, m.inductance) for n, _ in value.factors)
+
+    def unit(self, name: str) -> str:
+        return "s" if name in self.delays else self.kernel.parameter_units[self.kernel.parameters.index(name)]
 
     def bench(self, of: Signals, noise: Noise, held: bool) -> FilterBench:
         step = float(np.nanmedian(of.steps))
-        return FilterBench(self.kernel, of, noise, held, max(1, math.ceil(step / FASTEST_STEP - 1e-9)))
+        substeps = max(1, math.ceil(step / FASTEST_STEP - 1e-9))
+        return FilterBench(self.kernel, of, noise, held, substeps, self.delays)
 
 
-def prepare(robot: Robot, training: Recording, heldout: Recording) -> Model:
+def prepare(
+    robot: Robot, training: Recording, heldout: Recording, more: Sequence[Candidate] = (), only: Sequence[str] = ()
+) -> Model:
     """Derive and compile the machine with every hypothesis at its null value; match the channels to it.
 
-    Raises InputError as ``signals`` does.
+    ``more`` are hypotheses with states of their own. Of the others those that ``only`` names by their labels, and
+    the unknown forces, if it names any. Raises InputError as ``signals`` does.
     """
     seen = seen_by(robot, (training, heldout))
-    proposed = hypotheses(seen)
+    proposed = (*(c for c in hypotheses(seen) if not only or c.label in only or is_push(c)), *more)
     whole = augmented(seen, proposed)
     width = _rounded(SHARPNESS * _usual_speed(training))
     kernel = compile_robot(whole, width, friction_only=True).kernel()
     return Model(
         seen, kernel, proposed, latents(seen, kernel, proposed), _beliefs(seen, kernel),
-        signals(seen, kernel, training), signals(seen, kernel, heldout),
+        signals(seen, kernel, training), signals(seen, kernel, heldout), delays(kernel, proposed),
     )  # fmt: skip
 
 
@@ -142,6 +173,20 @@ def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:
     return found
 
 
+def carried(model: Model, p: Array, fitted: FilterBench) -> tuple[Array, FilterBench]:
+    """Parameters and noise of a fit, on the kernel of a ``model`` with more, or fewer, hypotheses in it."""
+    values, names = model.values, (*model.kernel.parameters, *model.delays)
+    for i, name in enumerate(names):
+        if name in fitted.index:
+            values[i] = p[fitted.index[name]]
+    directions = np.zeros((len(model.kernel.parameters), len(fitted.noise.decay)))
+    for i, name in enumerate(model.kernel.parameters):
+        if name in fitted.index:
+            directions[i] = fitted.noise.directions[fitted.index[name]]
+    noise = replace(fitted.noise, directions=directions)
+    return values, model.bench(model.training, noise, fitted.held)
+
+
 def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Belief]:
     """Of a candidate's parameters: the bounds of its declaration; a shape stays within a factor of two."""
     found = {}
@@ -149,7 +194,9 @@ def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Be
         lower = -math.inf if schema.lower is None else schema.lower
         upper = math.inf if schema.upper is None else schema.upper
         found[candidate.parameter(schema)] = Belief(lower, upper)
-    if shape is not None:
+    if shape is not None and any(is_angle(schema) for schema in candidate.shapes):
+        found |= {candidate.parameter(schema): Belief() for schema in candidate.shapes}
+    elif shape is not None:
         about = Belief(positive=True, centre=math.log(shape), spread=math.log(2.0))
         found |= {candidate.parameter(schema): about for schema in candidate.shapes}
     return found

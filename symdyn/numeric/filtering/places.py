@@ -20,15 +20,25 @@ _PUSHES = {PlaceKind.JOINT: "force_offset", PlaceKind.INERTIA: "force_offset", P
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Latent:
-    """An unknown force at a place: ``direction`` (np,) in the space of parameters, whose offset it moves."""
+    """An unknown force at a place: ``direction`` (np,) in the space of parameters, whose offset it moves.
+
+    ``motion`` (n,): the displacement that it works along, in terms of the coordinates; zero in a circuit.
+    """
 
     place: str
     direction: Array
+    motion: Array
+
+
+def is_push(candidate: Candidate) -> bool:
+    """Whether the candidate is what unknown forces move."""
+    return candidate.effect == _PUSHES.get(candidate.place.kind)
 
 
 def latents(robot: Robot, kernel: Kernel, proposed: tuple[Candidate, ...]) -> tuple[Latent, ...]:
     """One for every equation (coordinate, circuit) and every coupling, equal and opposite on its two sides."""
-    pushes = {c.place.address: c.parameter(c.linear[0]) for c in proposed if c.effect == _PUSHES.get(c.place.kind)}
+    coordinates = {address: i for i, address in enumerate(kernel.coordinates)}
+    pushes = {c.place.address: c.parameter(c.linear[0]) for c in proposed if is_push(c)}
     index = {name: i for i, name in enumerate(kernel.parameters)}
     found = []
     for joint in robot.joints:
@@ -40,7 +50,11 @@ def latents(robot: Robot, kernel: Kernel, proposed: tuple[Candidate, ...]) -> tu
             elif place.address in pushes:
                 direction[index[pushes[place.address]]] = 1.0
             if direction.any():
-                found.append(Latent(place.address, direction))
+                motion = np.zeros(len(coordinates))
+                for address, name in pushes.items():
+                    if address in coordinates:
+                        motion[coordinates[address]] = direction[index[name]]
+                found.append(Latent(place.address, direction, motion))
     return tuple(found)
 
 
@@ -56,3 +70,12 @@ def _couple(
         at = joint.name if end in fixed else f"{joint.name}.{end}"
         if at in pushes:
             out[index[pushes[at]]] += sign * (ratio if end in fixed else 1.0)
+
+
+def same_place(robot: Robot, address: str) -> tuple[str, ...]:
+    """The address itself; of a rotor that is fixed to its joint the joint's, too, where hypotheses stand."""
+    for joint in robot.joints:
+        for rotor in joint.drive.rotors if joint.drive else ():
+            if rotor.fixed_to_joint and address == f"{joint.name}.{rotor.name}":
+                return address, joint.name
+    return (address,)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.bench import FilterBench, Pass
 from symdyn.numeric.filtering.hypotheses import shape_values
 
 Array = NDArray[np.float64]
@@ -60,28 +60,58 @@ def scores(
         for value in values:
             by_shape.setdefault(0.0 if np.isnan(value) else float(value), []).append(candidate)
     best: dict[str, Score] = {}
-    still = bench.filtered(p, tuple(own))
-    root = np.sqrt(still.variances)
-    basis = _basis((-still.slopes / root[:, :, None]).reshape(-1, len(own)))
-    residual = still.white.ravel()
-    before = residual - basis @ (basis.T @ residual)
+    left = Left.of(bench, p, own)
     progress(f"{len(proposed)} hypotheses in {len(by_shape)} shapes")
     for value, members in sorted(by_shape.items(), key=lambda item: item[0]):
-        for score in _at(bench, p, value, members, tests, basis, before):
+        for score in _at(bench, p, value, members, tests, left):
             label = score.candidate.label
             if label not in best or score.gain > best[label].gain:
                 best[label] = score
     return sorted(best.values(), key=lambda s: (-s.gain, s.candidate.label))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Left:
+    """What a fitted model leaves of its whitened innovations (N m,), and what its own parameters would take off."""
+
+    residual: Array
+    basis: Array  # (N m, k) orthonormal
+
+    @classmethod
+    def of(cls, bench: FilterBench, p: Array, own: Sequence[str]) -> Left:
+        done = bench.filtered(p, tuple(own))
+        basis = _basis(whitened(done).reshape(-1, len(own)))
+        residual = done.white.ravel()
+        return cls(residual - basis @ (basis.T @ residual), basis)
+
+    @property
+    def power(self) -> float:
+        return float(self.residual @ self.residual)
+
+    def without(self, residual: Array) -> Array:
+        return np.asarray(residual - self.basis @ (self.basis.T @ residual))
+
+    def explained(self, columns: Array, lower: Array, upper: Array) -> tuple[float, Array, Array]:
+        """Gain in nats by such columns (N m, k), the best multiples of them within bounds, and what is left then."""
+        length = np.linalg.norm(columns, axis=0)
+        length = np.where(length > 0, length, 1.0)
+        free = self.without(columns / length)
+        visible = np.linalg.norm(free, axis=0) > RANK
+        estimate = np.zeros(columns.shape[1])
+        if visible.any():
+            estimate[visible] = np.linalg.lstsq(free[:, visible], self.residual, rcond=RANK)[0]
+        inside = np.clip(estimate / length, lower, upper)  # friction that drives is no friction
+        rest = self.residual - free @ (inside * length)
+        return 0.5 * (self.power - float(rest @ rest)), inside, rest
+
+
+def whitened(done: Pass) -> Array:
+    """(N, m, k) what a parameter takes off the whitened innovations, per unit."""
+    return np.asarray(-done.slopes / np.sqrt(done.variances)[:, :, None])
+
+
 def _at(
-    bench: FilterBench,
-    p: Array,
-    value: float,
-    members: Sequence[Candidate],
-    tests: dict[str, int],
-    basis: Array,
-    before: Array,
+    bench: FilterBench, p: Array, value: float, members: Sequence[Candidate], tests: dict[str, int], left: Left
 ) -> list[Score]:
     """Hypotheses that are linear, at one value of their shapes; those of shape alone, one by one."""
     found = []
@@ -92,41 +122,26 @@ def _at(
             for schema in c.shapes:
                 moved[bench.index[c.parameter(schema)]] = value
         names = tuple(c.parameter(s) for c in linear for s in c.linear)
-        done = bench.filtered(moved, names)
-        columns = (-done.slopes / np.sqrt(done.variances)[:, :, None]).reshape(-1, len(names))
+        columns = whitened(bench.filtered(moved, names)).reshape(-1, len(names))
         first = 0
         for c in linear:
             own = columns[:, first : first + len(c.linear)]
             first += len(c.linear)
-            length = np.linalg.norm(own, axis=0)
-            length = np.where(length > 0, length, 1.0)
-            free = own / length
-            free = free - basis @ (basis.T @ free)
-            visible = np.linalg.norm(free, axis=0) > RANK
-            estimate = np.zeros(len(c.linear))
-            if visible.any():
-                estimate[visible] = np.linalg.lstsq(free[:, visible], before, rcond=RANK)[0]
-            gain = 0.5 * float(before @ before - np.sum((before - free @ estimate) ** 2))
-            inside = np.clip(estimate / length, *_limits(c))
-            if not np.array_equal(inside, estimate / length):  # friction that drives is no friction
-                kept = inside * length
-                gain = 0.5 * float(before @ before - np.sum((before - free @ kept) ** 2))
-            estimate = inside
+            gain, estimate, _ = left.explained(own, *_limits(c))
             found.append(Score(c, value if c.shapes else None, gain, estimate, tests[c.label]))
     for c in members:
         if not c.linear and c.shapes:
             moved = p.copy()
             moved[[bench.index[c.parameter(schema)] for schema in c.shapes]] = value
-            white = bench.filtered(moved).white.ravel()
-            left = white - basis @ (basis.T @ white)
-            gain = 0.5 * float(before @ before - left @ left)
+            rest = left.without(bench.filtered(moved).white.ravel())
+            gain = 0.5 * (left.power - float(rest @ rest))
             found.append(Score(c, value, gain, np.zeros(0), tests[c.label]))
     return found
 
 
-def _limits(candidate: Candidate) -> tuple[list[float], list[float]]:
-    lower = [-np.inf if s.lower is None else s.lower for s in candidate.linear]
-    return lower, [np.inf if s.upper is None else s.upper for s in candidate.linear]
+def _limits(candidate: Candidate) -> tuple[Array, Array]:
+    lower = np.array([-np.inf if s.lower is None else s.lower for s in candidate.linear])
+    return lower, np.array([np.inf if s.upper is None else s.upper for s in candidate.linear])
 
 
 def _basis(columns: Array) -> Array:

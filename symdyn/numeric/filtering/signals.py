@@ -105,7 +105,8 @@ def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, fl
         motor = _motor(joint)
         circuit = f"{joint.name}.{joint.drive.motor.name}" if joint.drive and joint.drive.motor else None
         places = [address, *(p for p in (motor, circuit) if p and address in (joint.name, motor, circuit))]
-        candidates = [f"{p}.{quantity.value}" for p in places]
+        candidates = [f"{p}.ammeter" for p in places if quantity is Quantity.CURRENT]
+        candidates += [f"{p}.{quantity.value}" for p in places]
         inputs = dict(zip(kernel.inputs, kernel.input_units, strict=True))
         if inputs.get(f"{address}.input") == _INPUT_UNIT[quantity]:
             candidates.append(f"{address}.input")

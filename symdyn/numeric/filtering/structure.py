@@ -9,10 +9,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.numeric.filtering.explain import Explanation, explained
-from symdyn.numeric.filtering.likelihood import Belief, fit
+from symdyn.numeric.filtering.explain import Explanation, explained, remembered
+from symdyn.numeric.filtering.likelihood import Belief, MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
-from symdyn.numeric.filtering.model import Freed, Model, natural_force, prepare, with_latent, without_latent
+from symdyn.numeric.filtering.model import Freed, Lagging, Model, natural_force, prepare, with_latent, without_latent
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Shaft
 
@@ -40,6 +40,7 @@ def with_shaft(
     robot: Robot,
     joint: Joint,
     freed: tuple[Freed, ...],
+    lagging: tuple[Lagging, ...],
     current: Explanation,
     recordings: tuple[Recording, Recording],
     progress: Callable[[str], None],
@@ -47,10 +48,10 @@ def with_shaft(
     """The machine with that shaft, fitted from where the rigid one stands; effects found are kept."""
     progress(f"deriving and compiling {robot.name} with a shaft at {joint.name}")
     flexible, new = _flexible(robot, joint)
-    model = prepare(flexible, *recordings)
-    model = replace(model, freed=(*freed, new))
+    model = prepare(flexible, *recordings, remembered(current))
+    model = replace(model, freed=(*freed, new), lagging=lagging)
     index = current.fit.bench.index
-    p = model.kernel.values
+    p = model.values
     names = {name: i for i, name in enumerate(model.kernel.parameters)}
     for name, i in names.items():
         if name in index:
@@ -79,6 +80,18 @@ def with_shaft(
     found = tuple((kept.get((c.effect, c.place.address), c), shape) for c, shape in current.found)
     model = replace(model, beliefs={n: b for n, b in beliefs.items() if n in model.beliefs})
     return model, explained(model, found, beliefs, done)
+
+
+def resonance(model: Model, fitted: MLFit) -> float:
+    """Hz, undamped, of the rotor that was freed last against its joint."""
+    kernel, new = model.kernel, model.freed[-1]
+    n = len(kernel.coordinates)
+    x = np.concatenate([np.zeros(n), np.ones(len(kernel.states) - n)])  # in motion: friction does not turn
+    p = fitted.p[: len(kernel.parameters)]
+    slope = np.asarray(kernel.state_derivative_state_jacobian_p(x, np.zeros(len(kernel.inputs)), p))
+    ends = [kernel.coordinates.index(at) for at in (new.joint, f"{new.joint}.{new.rotor}")]
+    springs = slope[n : 2 * n, :n][np.ix_(ends, ends)]
+    return math.sqrt(max(0.0, float(-np.linalg.eigvals(springs).real.min()))) / (2.0 * math.pi)
 
 
 def _flexible(robot: Robot, joint: Joint) -> tuple[Robot, Freed]:

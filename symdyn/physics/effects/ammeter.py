@@ -22,6 +22,7 @@ class Ammeter(Effect):
         ParameterSchema("gain", {Motion.ELECTRICAL: "1"}, "G_a", "shown per true current", default=1.0),
         ParameterSchema("offset", {Motion.ELECTRICAL: "A"}, "I_0", "shown without current", default=0.0),
     )
+    proposable = True
     source = "van de Ven 1986, fig. 5"
     signature = "current off by a factor or a constant"
 

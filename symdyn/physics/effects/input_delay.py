@@ -32,6 +32,7 @@ class InputDelay(Effect):
             "order", {Motion.ELECTRICAL: "1"}, "n", "number of states", None, 1.0, 9.0, default=2.0, is_count=True
         ),
     )
+    proposable = True
     source = "Pade 1892; Vajta 2000, Some remarks on Pade-approximations"
     signature = "phase lag that grows with frequency at full amplitude"
 

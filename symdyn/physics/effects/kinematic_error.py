@@ -8,7 +8,7 @@ from typing import final
 import sympy as sp
 
 from symdyn.physics.effect import TURNING, Effect, Port, Values
-from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.records import Motion, PlaceKind
 
 
@@ -32,9 +32,16 @@ class KinematicError(Effect):
             "sine", {Motion.ROTATIONAL: "rad"}, "e_s", "amplitude of the sine of the angle times the order"
         ),
         ParameterSchema(
-            "order", {Motion.ROTATIONAL: "rad/rad"}, "n", "waves per turn of the start", null=None, lower=1e-12
+            "order",
+            {Motion.ROTATIONAL: "rad/rad"},
+            "n",
+            "waves per turn of the start",
+            null=None,
+            lower=1e-12,
+            scan=Scan.ANGLE_ORDER,
         ),
     )
+    proposable = True
     source = "Tuttle and Seering 1996, A nonlinear model of a harmonic drive gear transmission"
     signature = "vibration at a multiple of the motor's speed, largest where that meets a resonance"
     rivals = ("torque_ripple",)

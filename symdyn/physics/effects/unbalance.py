@@ -32,7 +32,7 @@ class Unbalance(Effect):
             null=None,
             lower=0.0,
             scan=Scan.ASSUMED,
-            tried=(0.1,),
+            tried=(0.01,),
         ),
         ParameterSchema(
             "phase",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -84,8 +85,23 @@ R, L, K_T, K_E, J_M, J_L, B, K_W = 1.6, 0.4e-3, 0.085, 0.08, 8e-5, 3.5e-4, 3e-4,
 STEP, FINE, DURATION = 2e-3, 100, 6.0
 
 
-def record(path: Path, robot: Robot, seed: int, coulomb: float = 0.0, stiffness: float = 0.0) -> Recording:
+@dataclass(frozen=True)
+class Concealed:
+    """What the model lacks, each zero where it is absent."""
+
+    coulomb: float = 0.0  # N m
+    stiffness: float = 0.0  # N m/rad of a transmission, which is rigid without
+    dahl: float = 0.0  # N m, reached over the distance
+    distance: float = 0.05  # rad
+    unbalance: float = 0.0  # N m at the most, which hangs at rest at the angle 0
+    late: float = 0.0  # s, of the voltage behind its command
+    offset: float = 0.0  # A, of the ammeter
+    lag: float = 0.0  # s, of the tachometer
+
+
+def record(path: Path, robot: Robot, seed: int, **concealed: float) -> Recording:
     """Semi-implicit Euler at 20 us; Coulomb friction brakes to a stop within a step, and never beyond."""
+    c = Concealed(**concealed)
     rng = np.random.default_rng(seed)
     count = round(DURATION / STEP)
     time = np.arange(count) * STEP
@@ -94,24 +110,29 @@ def record(path: Path, robot: Robot, seed: int, coulomb: float = 0.0, stiffness:
     ]
     u = sum(a * np.sin(2 * np.pi * f * time + phase) for a, f, phase in waves)
     h = STEP / FINE
-    current, x, v, load, load_speed = 0.0, 0.0, 0.0, 0.0, 0.0
+    current, x, v, load, load_speed, bristle, shown = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     table = np.zeros((count, 3))
-    inertia = J_M if stiffness else J_M + J_L
+    inertia = J_M if c.stiffness else J_M + J_L
+    behind = round(c.late / h)
     for k in range(count):
-        table[k] = current, x, v
-        for _ in range(FINE):
-            current += h / L * (u[k] - R * current - K_E * v)
-            twist = stiffness * (x - load) + 2e-3 * (v - load_speed) if stiffness else 0.0
-            v += h / inertia * (K_T * current - (twist if stiffness else B * v))
-            dry = coulomb * h / inertia
+        table[k] = current, x, shown if c.lag else v
+        for j in range(FINE):
+            applied = u[max(k * FINE + j - behind, 0) // FINE]
+            current += h / L * (applied - R * current - K_E * v)
+            twist = c.stiffness * (x - load) + 2e-3 * (v - load_speed) if c.stiffness else 0.0
+            torque = K_T * current - c.dahl * bristle - c.unbalance * np.sin(x)
+            v += h / inertia * (torque - (twist if c.stiffness else B * v))
+            dry = c.coulomb * h / inertia
             v = np.sign(v) * max(abs(v) - dry, 0.0)
+            bristle += (np.sign(v) - bristle) * -np.expm1(-abs(v) * h / c.distance)
             load_speed += h / J_L * (twist - B * load_speed)  # the model's drag is at the joint
             x, load = x + h * v, load + h * load_speed
+            shown += h / c.lag * (v - shown) if c.lag else 0.0
     noisy = np.column_stack(
         [
             time,
             u,
-            table[:, 0] + rng.normal(0, 0.02, count),
+            table[:, 0] + c.offset + rng.normal(0, 0.02, count),
             np.round(table[:, 1] / 1e-4) * 1e-4,
             K_W * table[:, 2] + rng.normal(0, 5e-3, count),
         ]

@@ -40,6 +40,7 @@ def test_coulomb_friction_is_named_placed_and_written_down(robot: Robot, tmp_pat
     assert abs(level - 0.03) < 3.0 * se
     assert finding.evidence > 100.0
     assert found.located[0].place == "axis"
+    assert found.located[0].when[0] in ("sign of speed", "reversal")
     assert found.after.heldout < 0.5 * found.before.heldout
     assert 'type = "coulomb_friction"' in found.diagnosed.text
 
@@ -55,3 +56,57 @@ def test_a_transmission_taken_for_rigid_gets_its_shaft(robot: Robot, tmp_path: P
     assert drive is not None
     assert not drive.rotors[0].fixed_to_joint
     assert [s.name for s in drive.shafts] == ["transmission"]
+
+
+def test_an_ammeter_that_is_off_is_no_offset_of_the_amplifier(robot: Robot, tmp_path: Path) -> None:
+    found = diagnosed(robot, tmp_path, offset=0.1)
+    assert [(f.effect, f.place) for f in found.findings] == [("ammeter", "axis.circuit")]
+    offset = found.findings[0].parameters["offset"]
+    assert offset.se is not None
+    assert abs(offset.value - 0.1) < 3.0 * offset.se
+    assert 'type = "ammeter"' in found.diagnosed.text
+
+
+@pytest.mark.slow  # a machine that reacts late looks like one with a large inductance first: long fits
+def test_a_late_input_is_told_to_a_part_of_a_sample(robot: Robot, tmp_path: Path) -> None:
+    found = diagnosed(robot, tmp_path, late=5.3e-3)
+    assert [(f.effect, f.place) for f in found.findings] == [("input_delay", "axis.circuit")]
+    delay = found.findings[0].parameters["delay"]
+    assert delay.value == pytest.approx(5.3e-3, abs=0.05e-3)  # a sample is 2 ms
+    assert found.model["L"].value == pytest.approx(0.4e-3, rel=0.3)  # and not what the delay looked like
+
+
+@pytest.mark.slow  # compiles a machine for each law that remembers
+def test_friction_over_a_distance_is_told_from_friction_that_jumps(robot: Robot, tmp_path: Path) -> None:
+    found = diagnosed(robot, tmp_path, dahl=0.03, distance=0.05)
+    assert [f.effect for f in found.findings] == ["dahl_friction"]
+    (finding,) = found.findings
+    assert set(finding.group) == {"axis", "axis.motor"}
+    level, stiffness = (finding.parameters[name].value for name in ("level", "stiffness"))
+    assert level / stiffness == pytest.approx(0.05, rel=0.03)
+    inertia = found.model["J_m"].value + found.model["J_l"].value
+    assert level / inertia == pytest.approx(0.03 / (J_M + J_L), rel=0.03)
+    assert found.after.heldout < 0.5 * found.before.heldout
+    assert 'type = "dahl_friction"' in found.diagnosed.text
+
+
+@pytest.mark.slow  # compiles the machine with a state of the tachometer
+def test_a_tachometer_that_lags_gets_its_time_constant(robot: Robot, tmp_path: Path) -> None:
+    found = diagnosed(robot, tmp_path, lag=8e-3)
+    assert [(f.effect, f.place) for f in found.findings] == [("tachometer", "axis.motor")]
+    lag = found.findings[0].parameters["time_constant"]
+    assert lag.value == pytest.approx(8e-3, rel=0.03)
+    tachometers = [e for e in found.diagnosed.effects if e.type == "tachometer"]
+    assert len(tachometers) == 1
+    assert "time_constant" in dict(tachometers[0].values)
+
+
+@pytest.mark.slow  # one more whole diagnosis
+def test_a_weight_beside_the_axis_is_no_ripple(robot: Robot, tmp_path: Path) -> None:
+    found = diagnosed(robot, tmp_path, unbalance=0.02)
+    assert [f.effect for f in found.findings] == ["unbalance"]
+    values = {name: estimate.value for name, estimate in found.findings[0].parameters.items()}
+    assert values["eccentricity"] == 0.01  # assumed: only its product with the mass shows
+    inertia = found.model["J_m"].value + found.model["J_l"].value + values["mass"] * values["eccentricity"] ** 2
+    assert 9.81 * values["mass"] * values["eccentricity"] / inertia == pytest.approx(0.02 / (J_M + J_L), rel=0.03)
+    assert abs(values["phase"]) < 0.02

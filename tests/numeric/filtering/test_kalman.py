@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -121,3 +123,42 @@ def test_an_unknown_force_widens_the_innovations(kernel: Kernel) -> None:
     driven = FilterBench(kernel, s, noise(kernel, 1)).filtered(p)
     assert np.all(driven.variances[10:] >= quiet.variances[10:] * (1 - 1e-9))
     assert driven.states.shape[1] == quiet.states.shape[1] + 1
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_an_input_that_is_late_by_whole_samples_is_the_shifted_recording(kernel: Kernel, held: bool) -> None:
+    s, late = made(kernel), 3
+    shifted = replace(s, u=np.vstack([np.repeat(s.u[:1], late, axis=0), s.u[:-late]]))
+    plain = FilterBench(kernel, shifted, noise(kernel, 0), held).filtered(linear(kernel))
+    bench = FilterBench(kernel, s, noise(kernel, 0), held, delays=("late",))
+    done = bench.filtered(np.append(linear(kernel), late * STEP))
+    np.testing.assert_allclose(done.innovations, plain.innovations, rtol=1e-9, atol=1e-12)
+
+
+def test_a_held_input_that_is_late_by_a_part_of_a_sample_jumps_there(kernel: Kernel) -> None:
+    """Against samples four times as close, a quarter of them measured."""
+    s = made(kernel)
+    y = np.full((4 * COUNT, 3), np.nan)
+    y[::4] = s.y
+    u = np.repeat(s.u, 4, axis=0)
+    steps = np.append(np.full(4 * COUNT - 1, STEP / 4), np.nan)
+    fine = replace(s, time=np.arange(4 * COUNT) * STEP / 4, u=np.vstack([np.repeat(u[:1], 5, axis=0), u[:-5]]), y=y)
+    plain = FilterBench(kernel, replace(fine, steps=steps), noise(kernel, 0), True)
+    bench = FilterBench(kernel, s, noise(kernel, 0), True, delays=("late",))
+    bench._start[:], bench._spread[:] = plain._start, plain._spread
+    p = np.append(linear(kernel), 1.25 * STEP)
+    done = bench.filtered(p)
+    expected = plain.filtered(linear(kernel))
+    np.testing.assert_allclose(done.innovations, expected.innovations[::4], rtol=1e-7, atol=1e-9)
+
+
+def test_a_force_with_a_course_of_its_own_is_a_parameter_that_changes(kernel: Kernel) -> None:
+    """Sensitivities with a weight add up to those without."""
+    bench, p = FilterBench(kernel, made(kernel), noise(kernel, 0)), linear(kernel)
+    half = np.zeros((COUNT, 2))
+    half[:150, 0], half[150:, 1] = 1.0, 1.0
+    parts = bench.filtered(p, ("T_f", "T_f"), half).slopes
+    whole = bench.filtered(p, ("T_f",)).slopes
+    np.testing.assert_allclose(parts.sum(axis=2), whole[:, :, 0], rtol=1e-9, atol=1e-12 * np.abs(whole).max())
+    assert not parts[:150, :, 1].any()
+    assert parts[:150, :, 0].any()

@@ -1,0 +1,53 @@
+"""Where the fit of an input that comes late may start: a lag elsewhere has taken much of it up by then."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
+
+Array = NDArray[np.float64]
+
+FAR = 2.0  # standard deviations of its prior that a parameter may go before it is suspect
+LONGEST = 0.02  # s: the latest input that is looked for
+MOST = 10  # delays that are tried, no closer than half a step
+FEW = 3  # rounds of a fit from each of the likeliest
+LIKELIEST = 3
+
+
+class Fitted(Protocol):
+    """An explanation, as far as it is needed here."""
+
+    @property
+    def beliefs(self) -> Beliefs: ...
+    @property
+    def fit(self) -> MLFit: ...
+
+
+def absorbing(current: Fitted) -> tuple[str, ...]:
+    """Parameters that went where no data sheet is wrong: they may be absorbing what the model lacks."""
+    p, index = current.fit.p, current.fit.bench.index
+    return tuple(
+        name for name, b in current.beliefs.items()
+        if np.isfinite(b.spread) and abs(b.coordinate(p[index[name]]) - b.centre) > FAR * b.spread
+    )  # fmt: skip
+
+
+def late(current: Fitted, p: Array, name: str) -> Array:
+    """The parameters with that delay where a fit of them should start: what is suspect back at its given value."""
+    bench, beliefs = current.fit.bench, current.beliefs
+    given = p.copy()
+    for suspect in absorbing(current):
+        given[bench.index[suspect]] = beliefs[suspect].value(beliefs[suspect].centre)
+    step = float(np.nanmedian(bench.signals.steps))
+    tried = []
+    for delay in np.linspace(0.0, max(LONGEST, 2.0 * step), MOST + 1)[1:]:
+        trial = given.copy()
+        trial[bench.index[name]] = delay
+        tried.append((bench.filtered(trial).loss, float(delay), trial))
+    tried.sort(key=lambda item: item[:2])
+    fits = [fit(bench, start, beliefs, most=FEW) for start in (p, *(t[2] for t in tried[:LIKELIEST]))]
+    return min(fits, key=lambda f: f.loss).p

@@ -1,0 +1,51 @@
+"""Loops of friction that remembers, and what a missing force follows: in single runs of the filter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.numeric.filtering.explain import Explanation, explained
+from symdyn.numeric.filtering.likelihood import fit
+from symdyn.numeric.filtering.memory import loops
+from symdyn.numeric.filtering.model import Model, natural_force, prepare, with_latent, without_latent
+from symdyn.numeric.filtering.when import when
+from symdyn.spec.records import Robot
+from tests.numeric.filtering.drive import record
+
+
+def as_given(robot: Robot, folder: Path, **concealed: float) -> tuple[Model, Explanation]:
+    """The model as given, with an unknown force at its joint, roughly fitted."""
+    training, heldout = (record(folder / f"{seed}.csv", robot, seed, **concealed) for seed in (1, 2))
+    model = prepare(robot, training, heldout)
+    latent = next(x for x in model.latents if x.place == "axis")
+    power = 1e-3 * natural_force(model, model.training, latent.direction) ** 2
+    bench = model.bench(model.training, with_latent(without_latent(model, model.training), latent, power), True)
+    done = fit(bench, model.values, model.beliefs, settled=2.0, most=12)
+    return model, explained(model, (), model.beliefs, done)
+
+
+def test_friction_that_jumps_is_no_loop(robot: Robot, tmp_path: Path) -> None:
+    model, given = as_given(robot, tmp_path, coulomb=0.03)
+    (loop,) = loops(model, given)
+    assert loop.gain > 20.0
+    assert loop.beyond < 10.0
+
+
+def test_a_loop_shows_its_distance_and_what_the_force_follows(robot: Robot, tmp_path: Path) -> None:
+    model, given = as_given(robot, tmp_path, dahl=0.03, distance=0.05)
+    (loop,) = loops(model, given)
+    assert loop.latent.place == "axis"
+    assert loop.beyond > 100.0
+    assert 0.02 < loop.distance < 0.12
+    assert when(model, given, loop.latent)[0] == "reversal"
+
+
+@pytest.mark.parametrize("name", ["axis.circuit"])
+def test_nothing_is_said_of_when_in_a_circuit(robot: Robot, name: str, tmp_path: Path) -> None:
+    model, given = as_given(robot, tmp_path)
+    latent = next(x for x in model.latents if x.place == name)
+    assert not np.any(latent.motion)
+    assert when(model, given, latent) == ()
