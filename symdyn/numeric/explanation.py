@@ -29,6 +29,8 @@ SPREAD = 1.0  # a model's parameters are off by up to so much of their values, u
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
+SPECK = 2e-6  # of a parameter of which nothing is thought: none
+
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
 
 
@@ -257,13 +259,14 @@ class Case:
         """The model's own parameters as fitted."""
         units = self.bench.kernel.parameter_units
         own = {p.name for p in self.robot.parameters}
-        return {
-            name: Estimate(
-                float(of.fit.p[self.bench.index[name]]), of.fit.standard_error(name), units[self.bench.index[name]]
-            )
-            for name in of.fit.names
-            if name in own
-        }
+        unknown = {name for r in self.revised for name in r.names.values()}
+        found = {}
+        for name in (n for n in of.fit.names if n in own):
+            value, se = float(of.fit.p[self.bench.index[name]]), of.fit.standard_error(name)
+            if name in unknown and abs(value) <= SPECK:
+                value = 0.0  # what no joint feels stays at its start
+            found[name] = Estimate(value, se, units[self.bench.index[name]])
+        return found
 
 
 def own_parameters(robot: Robot, bench: Workbench) -> tuple[str, ...]:

@@ -39,7 +39,7 @@ class Estimate:
     @property
     def written(self) -> str:
         """As a specification holds it; digits far below any standard error are left out."""
-        return f"{self.value:.{DIGITS}g} {self.unit}".strip()
+        return f"{self.value:.{DIGITS}g} {'' if self.unit == '1' else self.unit}".strip()
 
     def to_json(self) -> Json:
         return {"value": self.value, "se": self.se, "unit": self.unit}

@@ -101,8 +101,9 @@ class Misread:
         se = float(last.standard_error[-1])
         known = next((r.values for r in inquiry.setting.revised if (r.effect, r.place) == self.key), {})
         values = {**known, self.what: Estimate(value, se, self.unit)}
+        title = " ".join([catalogue()[self.key[0]].title, *([self.what] if self.what != "limit" else [])])
         setting = self._setting(inquiry.setting, value).with_revision(
-            Revised(self.key[0], catalogue()[self.key[0]].title, self.place, values)
+            Revised(self.key[0], "encoder" if len(values) > 1 else title, self.place, values)
         )
         case = setting.case(*inquiry.band)
         return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))

@@ -35,6 +35,7 @@ class Shape:
     parameter: str
     candidate: Candidate
     joint: int
+    relative_to: str | None = None  # the parameter that its scan is relative to
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +106,8 @@ def best_refit(rival: Explained, bench: Workbench, weight: Array) -> Array:
         left = linear_refit(rival, bench, start, weight)[1][:, shape.joint]
         searched = screened(shape.candidate, grid(shape.candidate, shape.joint, bench), left, shape.joint, bench)
         tried = [start]
-        for value in (*(rival.p[index] * np.geomspace(1.0 / NEAR, NEAR, ABOUT)), *(v for (v,) in searched)):
+        scale = start[bench.index[shape.relative_to]] if shape.relative_to else 1.0
+        for value in (*(rival.p[index] * np.geomspace(1.0 / NEAR, NEAR, ABOUT)), *(scale * v for (v,) in searched)):
             p = start.copy()
             p[index] = value
             tried.append(linear_refit(rival, bench, p, weight)[0])
@@ -140,11 +142,13 @@ def _shapes(robot: Robot) -> tuple[Shape, ...]:
     found = []
     for effect in robot.effects:
         declared = catalogue()[effect.type]
-        schema = next((p for p in declared.parameters if p.scan is not Scan.NONE), None)
+        schema = next((p for p in declared.parameters if p.scan not in (Scan.NONE, Scan.ASSUMED)), None)
         value = dict(effect.values).get(schema.name) if schema is not None else None
         if schema is None or value is None or effect.at not in where or len(value.factors) != 1:
             continue
         linear = tuple(p for p in declared.parameters if p.scan is Scan.NONE)
         candidate = Candidate(effect.type, declared.title, where[effect.at], linear, (schema,), declared.builds_on)
-        found.append(Shape(value.factors[0][0], candidate, order.index(effect.at)))
+        base = dict(effect.values).get(schema.relative_to or "")
+        relative = base.factors[0][0] if base is not None and len(base.factors) == 1 else None
+        found.append(Shape(value.factors[0][0], candidate, order.index(effect.at), relative))
     return tuple(found)

@@ -151,7 +151,9 @@ def _question(diagnosis: Diagnosis) -> tuple[Robot, Robot | None, tuple[tuple[st
     """(the diagnosed robot, its rival, what they differ in) for the first finding that leaves a question."""
     robot = diagnosis.diagnosed
     for finding in diagnosis.findings:
-        others = [(r.effect, r.place) for r in sorted(finding.rivals, key=lambda r: -r.p_value)]
+        # A sensor that is off, or gravity, is no force at a joint that a model could be given instead.
+        forces = [r for r in finding.rivals if r.effect in catalogue() and catalogue()[r.effect].proposable]
+        others = [(r.effect, r.place) for r in sorted(forces, key=lambda r: -r.p_value)]
         others += [(finding.effect, place) for place in finding.group if place != finding.place]
         if others:
             rival = _exchanged(robot, (finding.effect, finding.place), others[0])
@@ -164,6 +166,8 @@ def _question(diagnosis: Diagnosis) -> tuple[Robot, Robot | None, tuple[tuple[st
 
 def _can_be_told(finding: Finding) -> list[str]:
     """Its parameters, but for those that no motion would tell, and that were assumed."""
+    if finding.effect not in catalogue():
+        return []  # gravity, or a transmission taken for rigid
     schemas = catalogue()[finding.effect].parameters
     assumed = {schema.name for schema in schemas if schema.is_count or schema.scan is Scan.ASSUMED}
     return [name for name in finding.parameters if name not in assumed]
