@@ -131,13 +131,14 @@ def _absorbing(case: Case, final: Explanation) -> list[str]:
 
 def _traces(case: Case, given: Explanation, judge: Workbench, after: Array, noise: Array) -> Traces:
     o = judge.observation
+    effort = judge.bring(o.tau)  # at rest, too, where nothing is counted as a residual
     return Traces(
         time=judge.bring(o.time[:, None])[:, 0],
         q=judge.bring(o.q),
         qd=judge.bring(o.qd),
-        effort=judge.effort,
-        before=judge.effort - given.heldout,
-        after=judge.effort - after,
+        effort=effort,
+        before=effort - given.heldout,
+        after=effort - after,
         joints=tuple(case.joints),
         effort_units=judge.kernel.effort_units,
         noise=noise,

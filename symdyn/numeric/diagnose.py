@@ -150,14 +150,18 @@ def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], 
     progress(f"looking for rivals of {finding.title} at {finding.place}")
     rest = case.explain(tuple(item for item in current.found if item is not mine[0]), current)
     search = Search(case.laws, rest.training, rest.design, rest.weight)
-    own = search.trial(mine[0][0])
+    own = search.at(mine[0][0], current.fitted[current.found.index(mine[0])].shapes)
     rivals, group = [], list(finding.group)
     for other in ready(inquiry.setting.proposed, case.robot, rest.effects):
         if (other.effect == finding.effect) == (other.place.address == finding.place):
             continue
-        trial = search.trial(other)
-        if finding.effect in catalogue()[other.effect].generalises or search.contains(trial, own):
+        if finding.effect in catalogue()[other.effect].generalises:
             continue  # the finding and more: it fits as well by being the same
+        trial = search.trial(other)
+        if len(other.shapes) > 1 and other.place.address == finding.place:
+            trial = search.polished(trial)
+        if search.contains(trial, own):
+            continue
         p_value = likelier(trial.errors, own.errors)[1]
         if trial.admissible and trial.gain > 0 and p_value > TIE:
             if other.place.address == finding.place:

@@ -83,9 +83,10 @@ class Search:
         """The candidate at the best values of its shape parameters."""
         values = grid(candidate, self.laws.joint(candidate), self.laws.bench)
         shapes = self._best_shapes(candidate, values) if candidate.shapes else ()
-        return self._trial(candidate, shapes, len(values))
+        return self.at(candidate, shapes, len(values))
 
-    def _trial(self, candidate: Candidate, shapes: tuple[float, ...], tests: int) -> Trial:
+    def at(self, candidate: Candidate, shapes: tuple[float, ...], tests: int = 1) -> Trial:
+        """The candidate at given values of them."""
         columns = self._columns(candidate, shapes)
         estimate = self._solve(columns, self.laws.joint(candidate))
         errors = self._cross_validated(self._orthonormal(columns, self.laws.joint(candidate)))
@@ -100,7 +101,7 @@ class Search:
         values, losses = self._losses[candidate.label]
         starts = [trial.shapes, *space.apart(values, losses, trial.shapes)]
         found = [space.least_squares(lambda x: self._unexplained(candidate, x), start) for start in starts]
-        tried = [trial, *(self._trial(candidate, shapes, trial.tests) for shapes in found)]
+        tried = [trial, *(self.at(candidate, shapes, trial.tests) for shapes in found)]
         return min(tried, key=lambda t: (not t.admissible, t.loss))
 
     def _unexplained(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -185,13 +184,13 @@ def test_demo_finds_what_its_plant_conceals(tmp_path: Path) -> None:
     facts = done.json()
     assert (done.code, facts["verdict"]) == (0, "missing_physics")
     (finding,) = facts["findings"]
-    assert (finding["effect"], finding["place"]) == ("torque_ripple", "elbow")
-    cosine, sine, order = (finding["parameters"][name]["value"] for name in ("cosine", "sine", "order"))
-    assert math.hypot(cosine, sine) == pytest.approx(0.35, rel=0.01)
-    assert order == pytest.approx(11, abs=0.01)
-    assert facts["fit"]["after"]["heldout"] < 0.005 < 0.1 < facts["fit"]["before"]["heldout"]
+    assert (finding["effect"], finding["place"]) == ("lugre_friction", "elbow")
+    truth = {"level": 0.25, "stiffness": 8.0, "excess": 0.12, "stribeck_velocity": 0.25}
+    told = {name: finding["parameters"][name]["value"] for name in truth}
+    assert told == pytest.approx(truth, rel=0.05)
+    assert facts["fit"]["after"]["heldout"] < 0.005 < 0.05 < facts["fit"]["before"]["heldout"]
     types = [effect["type"] for effect in tomllib.loads((tmp_path / "robot.toml").read_text())["effect"]]
-    assert types == ["viscous_friction", "viscous_friction", "torque_ripple"]
+    assert types == ["viscous_friction", "viscous_friction", "lugre_friction"]
 
 
 def test_identify_fits_what_the_motion_shows(tmp_path: Path) -> None:

@@ -71,6 +71,9 @@ def truth_of(conceal: str, joint: str) -> Mapping[str, Mapping[str, float]]:
         size, phase = true["amplitude"], true["phase"]
         parts = {"cosine": size * math.sin(phase), "sine": size * math.cos(phase)}
         return {"torque_ripple": {**parts, "order": true["order"]}}
+    if conceal == "lugre":
+        values = {"level": true["level"], "excess": true["excess"], "stribeck_velocity": true["speed"]}
+        return {"lugre_friction": {**values, "stiffness": true["stiffness"]}}
     friction = {"coulomb_friction": {"level": true["level"]}}
     excess = true["static"] - true["level"]
     return {**friction, "stribeck_friction": {"excess": excess, "stribeck_velocity": true["speed"]}}
@@ -87,7 +90,7 @@ CASES = [
 
 @pytest.mark.parametrize(("conceal", "joint"), CASES)
 def test_concealed_effect_is_named_placed_and_measured(robot: Robot, conceal: str, joint: str) -> None:
-    duration = 10.0 if conceal in ("stribeck", "spring") else DURATION
+    duration = 10.0 if conceal in ("stribeck", "spring", "lugre") else DURATION
     found = diagnose(robot, *(record(conceal, joint, seed, duration) for seed in (3, 3 + HELDOUT)))
     expected = truth_of(conceal, joint)
     assert found.verdict is Verdict.MISSING_PHYSICS
