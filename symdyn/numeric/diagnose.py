@@ -11,25 +11,26 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 from symdyn.base.errors import InputError
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
-from symdyn.numeric.explanation import ready
+from symdyn.numeric.explanation import LEVEL, ready
 from symdyn.numeric.filtering.diagnose import diagnose_hidden
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, Rival
-from symdyn.numeric.forward import forward, tried_revisions
+from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
 from symdyn.numeric.runs import Runs, training_and_heldout
-from symdyn.numeric.search import TIE, Search
+from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
-from symdyn.numeric.skew import check_skew, skew_left
+from symdyn.numeric.skew import check_skew, effort_skew, skew_left, tells_nearly_all
 from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
 
+FEW = 3  # effects that a delay is compared with
 WIDER = 1.5  # times the band, from which on it is worth another search
 
 
@@ -65,6 +66,7 @@ def _diagnose(
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     inquiry, open_ = Inquiry(setting, case, given, setting, case, given), revisions(setting)
+    _refuse_late_efforts(inquiry, progress)
     inquiry = _searched(inquiry, open_, progress)
     if band is None:
         inquiry = _widened(inquiry, progress)
@@ -74,6 +76,20 @@ def _diagnose(
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     return conclude(replace(inquiry, findings=findings), training.name, heldout.name, skew)
+
+
+def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
+    """Raise BadRecording (SD529) where one delay of all efforts tells nearly everything, and more than any effect.
+
+    Asked before the search: effect after effect, one at each joint, would in the end do as well as the delay.
+    """
+    case, given = inquiry.case, inquiry.given
+    if not tells_nearly_all(case, effort_skew(case, given)):
+        return
+    search = Search(case.laws, given.training, given.design, given.weight)
+    earning, _ = rank(search, ready(inquiry.setting.proposed, case.robot, given.effects), LEVEL, progress)
+    step, _ = first_that_earns(inquiry, earning[:FEW])
+    check_skew(case, given, case, given if step is None else step[1])
 
 
 def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:

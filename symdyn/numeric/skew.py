@@ -61,13 +61,18 @@ def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) 
     model as given, and more than all findings together: what was found is the skew in disguise.
     """
     skew = effort_skew(first, given)
-    if certain(first, skew) and skew.share > MOST:
+    if tells_nearly_all(first, skew):
         gain, p_value = encompassing(final.heldout * given.weight, skew.heldout)
         if gain > 0.0 and p_value < LEVEL:
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
             hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
             raise BadRecording(Problem("SD529", message, hint=hint))
     return skew_left(case, final)
+
+
+def tells_nearly_all(case: Case, skew: Skew) -> bool:
+    """Whether it may be the one cause of the mismatch."""
+    return certain(case, skew) and skew.share > MOST
 
 
 def skew_left(case: Case, of: Explanation) -> Skew | None:
