@@ -40,7 +40,8 @@ class Candidate:
         """The effect's parameters by name; what is searched as a ratio follows the one it is relative to."""
         found = {schema.name: float(value) for schema, value in zip(self.linear, coefficients, strict=True)}
         for schema, value in zip(self.shapes, shapes, strict=True):
-            found[schema.name] = float(value) * self.scale(schema, found)
+            turned = math.remainder(float(value), 2.0 * math.pi) if schema.scan is Scan.ANGLE else float(value)
+            found[schema.name] = turned * self.scale(schema, found)
         return found | {schema.name: value for schema, value in self.taken}
 
     @staticmethod

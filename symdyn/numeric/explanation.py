@@ -17,7 +17,7 @@ from symdyn.numeric.regression import fit_linear, likelier, solve_linear
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import catalogue
-from symdyn.spec.effect_schema import ParameterSchema
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
@@ -29,6 +29,7 @@ SPREAD = 1.0  # a model's parameters are off by up to so much of their values, u
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
+SCALES = frozenset({Scan.SPEED, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
 SPECK = 2e-6  # of a parameter of which nothing is thought: none
 
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
@@ -239,11 +240,15 @@ class Case:
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
         """Whether any of its parameters can be told from the value at which it vanishes, its shape being given.
 
-        A size and a shape that share their uncertainty (a spring and its lever) are certain together.
+        A size and a shape that share their uncertainty (a spring and its lever) are certain together. But a scale (a
+        speed, a distance) that may as well be twice as large, or nothing, is none.
         """
         at = {s.name: of.fit.names.index(candidate.parameter(s)) for s in (*candidate.linear, *candidate.shapes)}
         estimates, shapes = self.parameters(candidate, of), [at[s.name] for s in candidate.shapes]
         covariance = of.fit.last.covariance
+        scales = (estimates[s.name] for s in candidate.shapes if s.scan in SCALES)
+        if any(e.se is not None and e.se > abs(e.value) for e in scales):
+            return False
         for schema in candidate.linear:
             i = at[schema.name]
             variance = float(covariance[i, i])
@@ -301,6 +306,7 @@ def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[
         c
         for c in proposed
         if (c.effect, c.place.address) not in present
+        and (c.builds_on is None or (c.builds_on, c.place.address) in present)
         and not any(at == c.place.address and akin(c.effect, other) for other, at in effects)
     ]
 

@@ -1,4 +1,4 @@
-"""Several shape parameters of one effect, moved together: logarithms of what is positive, angles without end."""
+"""Several shape parameters of one effect, moved together: logarithms of what is positive, angles within two turns."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class ShapeSpace:
         low, high = [], []
         for axis, log, turn in zip(axes, self.log, turns, strict=True):
             ends = (axis[0] / BEYOND, axis[-1] * BEYOND) if log else (axis[0], axis[-1])
-            low.append(-np.inf if turn else np.log(ends[0]) if log else ends[0])
-            high.append(np.inf if turn else np.log(ends[1]) if log else ends[1])
+            low.append(-2.0 * np.pi if turn else np.log(ends[0]) if log else ends[0])
+            high.append(2.0 * np.pi if turn else np.log(ends[1]) if log else ends[1])
         self.low, self.high = np.array(low), np.array(high)
 
     def apart(
@@ -50,7 +50,7 @@ class ShapeSpace:
         self, residual: Callable[[tuple[float, ...]], Array], start: tuple[float, ...]
     ) -> tuple[float, ...]:
         """The shapes that leave least, near a start."""
-        inside = 1e-6 * (1.0 + np.abs(np.nan_to_num(self.high - self.low, posinf=1.0)))
+        inside = 1e-6 * (1.0 + np.abs(self.high - self.low))
         x = np.clip(self._inwards(start), self.low + inside, self.high - inside)
 
         def left(x: Array) -> Array:

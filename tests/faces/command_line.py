@@ -74,7 +74,7 @@ def nothing(q: Array, qd: Array) -> Array:
 
 def bump(q: Array, qd: Array) -> Array:
     """A hump over the angle, such as a cable that is pushed aside: no effect of the catalogue."""
-    return 0.5 * np.exp(-(((q - 0.3) / 0.2) ** 2))
+    return 0.5 * np.exp(-(((q - 0.3) / 0.1) ** 2))
 
 
 def recording_text(seed: int, hidden: Hidden, count: int = 4000, rate: float = 200.0) -> str:
