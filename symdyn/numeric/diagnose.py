@@ -174,7 +174,7 @@ def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], 
         if finding.effect in catalogue()[other.effect].generalises:
             continue  # the finding and more: it fits as well by being the same
         trial = search.trial(other)
-        if len(other.shapes) > 1 and other.place.address == finding.place:
+        if len(other.shapes) > 1 and other.place.address == finding.place and trial.gain > 0:
             trial = search.polished(trial)
         if search.contains(trial, own):
             continue

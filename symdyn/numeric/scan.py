@@ -25,6 +25,7 @@ WAVES = 2.0  # that the travel must hold: what does not repeat cannot be called 
 FINENESS = 2.0  # orders tried per one that the travel can tell from its neighbours
 MANY = 50_000  # orders at most: a joint that only trembles would allow no end of them
 POSITIVE = frozenset(Scan) - {Scan.ANGLE, Scan.VALUES}  # scanned by ratios, and never zero
+LEAST = 1e-12  # squared speed of a joint that stands: it shows no heat, and no scan may end at nothing
 PEAKS = 6  # orders of a periodogram that are looked at closely
 
 
@@ -50,10 +51,10 @@ def _axis(schema: ParameterSchema, seen: Observation, joint: int, edge: float, s
         case Scan.VALUES:
             values = np.array(schema.tried)
         case Scan.HEAT:
-            speed = float(np.sum(seen.qd[:, joint] ** 2)) * seen.sample_time
-            values = speed / np.array(schema.tried[::-1])
+            summed = max(float(np.sum(seen.qd[:, joint] ** 2)), LEAST) * seen.sample_time
+            values = summed / np.array(schema.tried[::-1])
         case Scan.HEATING:
-            values = np.array(schema.tried) / max(float(np.mean(seen.qd[:, joint] ** 2)), 1e-300)
+            values = np.array(schema.tried) / max(float(np.mean(seen.qd[:, joint] ** 2)), LEAST)
         case _:
             values = np.geomspace(SHORTEST * travel, 0.5 * travel, round(share * DISTANCES))
             values = 1.0 / values[::-1] if schema.scan is Scan.STEEPNESS else values

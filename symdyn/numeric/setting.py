@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
@@ -17,8 +19,9 @@ from symdyn.numeric.probe import Key, Probe, probes
 from symdyn.numeric.readings import Reading, declared, read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.records import Robot
+from symdyn.spec.records import Quantity, Robot
 
+LEAST_TRAVEL = 1e-9  # rad or m
 DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
 
 
@@ -91,7 +94,11 @@ class Setting:
 
 def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Callable[[str], None]) -> Setting:
     """Derive, compile, observe."""
-    proposed = candidates(robot)
+    still = {
+        joint.name for joint in robot.joints if np.ptp(training.channel(Quantity.POSITION, joint.name)) < LEAST_TRAVEL
+    }
+    # What is a law in speed or distance means nothing where there is none.
+    proposed = tuple(c for c in candidates(robot) if not (c.shapes and c.place.address in still))
     progress(f"deriving and compiling {robot.name}, and {len(proposed)} candidate effects")
     kernel, known = compile_robot(robot).kernel(), probes(proposed)
     seen, readings = observe(robot, kernel, training), declared(robot)

@@ -99,3 +99,10 @@ def test_a_model_that_holds_a_law_with_memory_is_diagnosed_again() -> None:
     assert (found.verdict, found.findings) == (Verdict.COMPLETE, ())
     assert found.model["arm_dahl_friction_level"].value == pytest.approx(0.4, rel=0.01)
     assert found.model["arm_dahl_friction_stiffness"].value == pytest.approx(10.0, rel=0.02)
+
+
+def test_a_joint_that_stands_still_is_told_no_law_of_motion() -> None:
+    """Not even by sensors without noise, where any distance and any speed would do."""
+    runs = [record(seed, lambda t, q, v, a: 0.5 + 0 * q, amplitude=0.0, noise=False) for seed in (1, 2)]
+    found = diagnose(pendulum(), *runs)
+    assert found.findings == ()
