@@ -190,7 +190,12 @@ def without(inquiry: Inquiry, revised: Revised) -> Inquiry:
 
 
 def revisions(setting: Setting) -> tuple[Revision, ...]:
-    """All of them; what a recording cannot tell, or the model has, is left out."""
+    """All of them, of a machine that is driven.
+
+    Without any effort nothing has a size: gravity and inertias could all be nothing, and would fit best.
+    """
+    if not np.any(setting.seen.tau):
+        return ()
     found: list[Revision] = []
     for i, joint in enumerate(setting.robot.joints):
         place = next(c.place for c in setting.proposed if c.place.address == joint.name)

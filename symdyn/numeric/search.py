@@ -107,7 +107,8 @@ class Search:
     def _unexplained(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
         """(K n,) what the best size of this shape leaves, on all training data."""
         basis = self._orthonormal(self._columns(candidate, shapes), self.laws.joint(candidate))
-        flat, left = basis.reshape(-1, basis.shape[2]), self._left.reshape(-1)
+        left = self._left.reshape(-1)
+        flat = basis.reshape(len(left), -1)  # of no columns, where the model's own take this shape up
         return np.asarray(left - flat @ (flat.T @ left))
 
     def errors_with(self, columns: Array) -> Array:

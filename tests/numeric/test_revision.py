@@ -15,6 +15,8 @@ from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.observation import observe
 from symdyn.numeric.readings import Reading, declared, read
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.revision import revisions
+from symdyn.numeric.setting import prepare
 from symdyn.spec.edit import add_effect, set_effect, set_gravity
 from symdyn.spec.records import Quantity, Robot, Side
 
@@ -168,3 +170,20 @@ def test_an_effect_is_edited_where_it_stands() -> None:
     twice = set_effect(once, "encoder", "arm", {"offset": "0.2 rad", "gain": "1.1"})
     assert once.count("encoder") == twice.count("encoder") == 1
     assert declared(pendulum(twice)) == (Reading(1.1, 0.2),)
+
+
+def test_where_no_effort_acts_nothing_is_set_right() -> None:
+    """Gravity and inertia could both be nothing there, and would leave no error at all."""
+    idle = record(1, lambda t, q, v, a: -(TURNING * a + VISCOUS * v + MASS * GRAVITY * ARM * np.cos(q)), noise=False)
+    assert not np.any(np.abs(idle.channel(Quantity.EFFORT, "arm")) > 1e-12)
+    free = Recording(
+        idle.name,
+        idle.time,
+        {k: 0.0 * x if k[0] is Quantity.EFFORT else x for k, x in idle.channels.items()},
+        idle.sample_time,
+        idle.segments,
+        (),
+        idle.sha256,
+    )
+    assert revisions(prepare(pendulum(), free, free, lambda _: None)) == ()
+    assert revisions(prepare(pendulum(), record(1), record(2), lambda _: None))
