@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,7 +19,8 @@ from symdyn.numeric.probe import Key, Probe, probes
 from symdyn.numeric.readings import Reading, declared, read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.records import Quantity, Robot
+from symdyn.spec.effect_schema import Scan
+from symdyn.spec.records import Robot
 
 LEAST_TRAVEL = 1e-9  # rad or m
 DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
@@ -94,13 +95,20 @@ class Setting:
 
 def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Callable[[str], None]) -> Setting:
     """Derive, compile, observe."""
-    still = {
-        joint.name for joint in robot.joints if np.ptp(training.channel(Quantity.POSITION, joint.name)) < LEAST_TRAVEL
-    }
-    # What is a law in speed or distance means nothing where there is none.
-    proposed = tuple(c for c in candidates(robot) if not (c.shapes and c.place.address in still))
-    progress(f"deriving and compiling {robot.name}, and {len(proposed)} candidate effects")
-    kernel, known = compile_robot(robot).kernel(), probes(proposed)
+    progress(f"deriving and compiling {robot.name}, and its candidate effects")
+    kernel = compile_robot(robot).kernel()
     seen, readings = observe(robot, kernel, training), declared(robot)
+    proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
     own = own_parameters(robot, Workbench(kernel, read(seen, readings)))
-    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)
+    return Setting(robot, kernel, own, probes(proposed), proposed, training, heldout, seen, readings)
+
+
+def _can_be_told(candidate: Candidate, seen: Observation, joints: Sequence[str]) -> bool:
+    """Not by a recording in which the joint stands, if it is a law in speed or distance.
+
+    Nor where no effort acts, if it could take the place of gravity: then nothing would have a size, and no weight at
+    all would fit best.
+    """
+    travel = float(np.ptp(seen.measured[:, joints.index(candidate.place.address)]))
+    weightless = not np.any(seen.tau) and any(s.scan is Scan.ANGLE for s in candidate.shapes)
+    return not weightless and (travel >= LEAST_TRAVEL or not candidate.shapes)
