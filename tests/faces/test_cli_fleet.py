@@ -50,6 +50,7 @@ def test_fleet_gives_a_verdict_for_every_case_and_goes_on_where_it_was(shop: Pat
     assert "1 complete" in again.out
 
 
+@pytest.mark.slow
 def test_pattern_takes_every_recording_but_those_that_judge(shop: Path, tmp_path: Path) -> None:
     arguments = ("fleet", "--model", shop / "rod.toml", "--holdout", "tuesday.csv", f"{shop}/*/*.csv", "-j", "1")
     done = run(*arguments, "--json", "--resume", tmp_path)
@@ -59,6 +60,7 @@ def test_pattern_takes_every_recording_but_those_that_judge(shop: Path, tmp_path
     assert [case["verdict"] for case in told["cases"]] == ["complete", "missing_physics"]
 
 
+@pytest.mark.slow
 def test_list_as_toml_with_several_recordings_and_none_held_out(shop: Path, tmp_path: Path) -> None:
     (shop / "cases.toml").write_text(
         '[[case]]\nmodel = "rod.toml"\nrecording = ["dry/monday.csv", "dry/tuesday.csv"]\n', encoding="utf-8"

@@ -71,7 +71,7 @@ def found_in(law: Callable[[Array, Array, Array, Array], Array]) -> Diagnosis:
             marks=pytest.mark.slow,
         ),
         pytest.param(warming, "warm_up_friction", {"coefficient": 0.6}, marks=pytest.mark.slow),
-        (counterbalance, "counterbalance_spring", {"dead_centre": 1.2}),
+        pytest.param(counterbalance, "counterbalance_spring", {"dead_centre": 1.2}, marks=pytest.mark.slow),
     ],
     ids=lambda x: x if isinstance(x, str) else "",
 )
