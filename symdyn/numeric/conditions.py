@@ -92,13 +92,12 @@ def _sign(motion: _Motion) -> Cells:
     return np.asarray(np.where(np.abs(motion.qd) < motion.rest, 1, np.where(motion.qd > 0.0, 2, 0)), dtype=np.int_)
 
 
-def _travelled(motion: _Motion) -> Array:
-    """(K,) how far the joint went since it last turned round; at first, since the start."""
-    forwards = motion.qd > 0.0
-    turned = np.flatnonzero(np.diff(forwards.astype(int)) != 0) + 1
+def travelled(q: Array, qd: Array) -> Array:
+    """(K,) how far a joint went since it last turned round; at first, since the start."""
+    turned = np.flatnonzero(np.diff((qd > 0.0).astype(int)) != 0) + 1
     starts = np.concatenate(([0], turned))
-    index = np.searchsorted(starts, np.arange(len(motion.q)), side="right") - 1
-    return np.asarray(np.abs(motion.q - motion.q[starts[index]]))
+    index = np.searchsorted(starts, np.arange(len(q)), side="right") - 1
+    return np.asarray(np.abs(q - q[starts[index]]))
 
 
 def _stroke(motion: _Motion) -> float:
@@ -115,7 +114,7 @@ def _slow(motion: _Motion, top: float) -> Cells:
 
 
 def _turned(motion: _Motion, stroke: float) -> Cells:
-    return 3 * (_travelled(motion) < SETTLED * stroke).astype(int) + _sign(motion)
+    return 3 * (travelled(motion.q, motion.qd) < SETTLED * stroke).astype(int) + _sign(motion)
 
 
 def _eighth(motion: _Motion, training: _Motion) -> Cells:

@@ -30,7 +30,7 @@ SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
 SCALES = frozenset({Scan.SPEED, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
-SPECK = 2e-6  # of a parameter of which nothing is thought: none
+SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
 
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
 
@@ -268,7 +268,7 @@ class Case:
         found = {}
         for name in (n for n in of.fit.names if n in own):
             value, se = float(of.fit.p[self.bench.index[name]]), of.fit.standard_error(name)
-            if name in unknown and abs(value) <= SPECK:
+            if name in unknown and abs(value) <= 2.0 * SPECK:
                 value = 0.0  # what no joint feels stays at its start
             found[name] = Estimate(value, se, units[self.bench.index[name]])
         return found

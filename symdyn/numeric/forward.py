@@ -18,7 +18,7 @@ Progress = Callable[[str], None]
 MAX_FINDINGS = 6  # per joint
 ALTERNATIVES = 3  # shown per step
 BEST = 3  # revisions that are fitted at a step
-HALF = 0.5
+HALF = 0.5  # of what the best effect takes off the loss
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,26 +10,25 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError
 from symdyn.compiler import compile_robot, robot_from_text
-from symdyn.numeric.explanation import Explanation, Revised
+from symdyn.numeric.explanation import SPECK, Explanation, Revised
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.readings import READERS
 from symdyn.numeric.regression import LinearFit, fit_linear
 from symdyn.numeric.setting import Setting
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import catalogue
 from symdyn.spec.edit import set_gravity
 from symdyn.spec.monomials import value_of
-from symdyn.spec.records import Motion
+from symdyn.spec.places import places
+from symdyn.spec.records import Place
 
 Array = NDArray[np.float64]
 
 ROUNDS = 10  # of Gauss-Newton
 NEAR = 1e-2  # standard errors: a step that small has settled
 LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65)  # quantiles of the effort: limits that are tried
-MOSTLY = 0.5
-SPECK = 1e-6  # m/s^2: gravity that is none, and yet a parameter
-UNITS = {"gain": dict.fromkeys(Motion, "1"), "offset": {Motion.ROTATIONAL: "rad", Motion.TRANSLATIONAL: "m"}}
-LIMIT_UNITS = {Motion.ROTATIONAL: "N m", Motion.TRANSLATIONAL: "N"}
+MOSTLY = 0.5  # of the samples
 LOWEST = {"gain": 0.1, "offset": -np.pi, "limit": 0.0}  # beyond that nobody calls it a sensor, or a drive
 HIGHEST = {"gain": 10.0, "offset": np.pi, "limit": np.inf}
 GRAVITY = "gravity"
@@ -43,9 +42,6 @@ class Revision(Protocol):
 
     @property
     def label(self) -> str: ...
-
-    @property
-    def size(self) -> int: ...  # how many numbers it brings
 
     def columns(self, inquiry: Inquiry) -> list[Array]:
         """For every value that is tried, (K, n, k): what it takes off the residual, per unit of k numbers."""
@@ -62,18 +58,22 @@ class Misread:
     """An encoder is off by a gain or an offset; or effort that was asked for beyond a limit was not given."""
 
     joint: int
-    place: str
+    place: Place
+    effect: str
     what: str  # of a reading
-    unit: str
-    size: int = 1
 
     @property
     def key(self) -> tuple[str, str]:
-        return ("effort_saturation" if self.what == "limit" else "encoder"), self.place
+        return self.effect, self.place.address
 
     @property
     def label(self) -> str:
-        return f"{catalogue()[self.key[0]].title} ({self.what}) at {self.place}"
+        return f"{catalogue()[self.effect].title} ({self.what}) at {self.place.address}"
+
+    @property
+    def unit(self) -> str:
+        schema = next(s for s in catalogue()[self.effect].parameters if s.name == self.what)
+        return schema.units[self.place.motion]
 
     def columns(self, inquiry: Inquiry) -> list[Array]:
         if self.what != "limit":
@@ -101,10 +101,11 @@ class Misread:
         se = float(last.standard_error[-1])
         known = next((r.values for r in inquiry.setting.revised if (r.effect, r.place) == self.key), {})
         values = {**known, self.what: Estimate(value, se, self.unit)}
-        title = " ".join([catalogue()[self.key[0]].title, *([self.what] if self.what != "limit" else [])])
-        setting = self._setting(inquiry.setting, value).with_revision(
-            Revised(self.key[0], "encoder" if len(values) > 1 else title, self.place, values)
-        )
+        title = catalogue()[self.effect].title
+        if self.what != "limit" and len(values) == 1:
+            title = f"{title} {self.what}"
+        revised = Revised(self.effect, title, self.place.address, values)
+        setting = self._setting(inquiry.setting, value).with_revision(revised)
         case = setting.case(*inquiry.band)
         return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))
 
@@ -147,7 +148,6 @@ class Gravity:
 
     setting: Setting  # of the same machine with all three components as parameters
     names: tuple[str, str, str]
-    size: int = 3
 
     @property
     def key(self) -> tuple[str, str]:
@@ -197,12 +197,11 @@ def revisions(setting: Setting) -> tuple[Revision, ...]:
     if not np.any(setting.seen.tau):
         return ()
     found: list[Revision] = []
-    for i, joint in enumerate(setting.robot.joints):
-        place = next(c.place for c in setting.proposed if c.place.address == joint.name)
-        for what, units in UNITS.items():
-            found.append(Misread(i, joint.name, what, units[place.motion]))
-        if np.any(setting.seen.tau[:, i]):
-            found.append(Misread(i, joint.name, "limit", LIMIT_UNITS[place.motion]))
+    at = {place.address: place for place in places(setting.robot)}
+    for i, joint in enumerate(setting.joints):
+        for effect, fields in READERS.items():
+            if effect == "encoder" or np.any(setting.seen.tau[:, i]):
+                found += [Misread(i, at[joint], effect, what) for what in fields]
     gravity = free_gravity(setting)
     return tuple(found) if gravity is None else (*found, gravity)
 

@@ -178,7 +178,7 @@ def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Pr
         sure = first.gain > WORTH + price(model, first.score.candidate) and certain(
             model, first.after, first.score.candidate
         )
-        if sure and likelier(current, first.after) < LEVEL:
+        if sure and likelihood_p_value(current, first.after) < LEVEL:
             second, _ = step(model, first.after, [], progress)
             if second is not None and second.after.heldout < (1.0 - 2.0 * EARNS) * current.heldout:
                 return first, second
@@ -221,13 +221,13 @@ def heldout_p_value(before: Explanation, after: Explanation) -> float:
 
     The smaller of the two, doubled; samples that are correlated are allowed for in both.
     """
-    likelihood = likelier(before, after)
+    likelihood = likelihood_p_value(before, after)
     whole = np.all(np.isfinite(before.off) & np.isfinite(after.off), axis=1)
     gain, running = encompassing(before.off[whole], after.off[whole])
     return min(1.0, 2.0 * min(likelihood, running if gain > 0 else 1.0))
 
 
-def likelier(before: Explanation, after: Explanation) -> float:
+def likelihood_p_value(before: Explanation, after: Explanation) -> float:
     """p-value, one-sided, of no gain in held-out likelihood."""
     difference = after.score - before.score
     if not np.all(np.isfinite(difference)):

@@ -83,6 +83,12 @@ def memories(robot: Robot, address: str) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
+def without_memory() -> frozenset[str]:
+    """Friction that a law with a memory contains, and takes the place of."""
+    contained = {less for law in MEMORIES for less in catalogue()[law].generalises}
+    return frozenset(contained - set(MEMORIES))
+
+
 def kept(candidate: Candidate) -> Mapping[str, float]:
     """Parameters of an effect that are taken for given: no recording of a drive tells them, or they are structure."""
     schemas = catalogue()[candidate.effect].parameters
@@ -132,11 +138,6 @@ def delays(kernel: Kernel, proposed: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(named.get(joint, f"{joint}_{DELAY}") for joint in joints)
 
 
-def is_angle(schema: ParameterSchema) -> bool:
-    """Whether a shape is a phase: any angle will do for a start, and none is its scale."""
-    return schema.scan is Scan.ANGLE
-
-
 def _is_kept(schema: ParameterSchema) -> bool:
     """A parameter that is something when nobody names it: it stays so."""
     return schema.default is not None and schema.default != schema.null
@@ -158,7 +159,7 @@ def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
     if not candidate.shapes:
         return np.array([np.nan])
     (shape,) = candidate.shapes
-    if is_angle(shape):
+    if shape.scan is Scan.ANGLE:  # any will do for a start
         return np.linspace(0.0, 2.0 * np.pi, PHASES, endpoint=False)
     if shape.scan is Scan.SPEED:
         return np.geomspace(speed / 100.0, speed, SPEEDS)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
-from symdyn.numeric.filtering.likelihood import Belief, fit
+from symdyn.numeric.filtering.likelihood import fit, untold
 from symdyn.numeric.filtering.model import Lagging, Model, carried, prepare
 from symdyn.numeric.filtering.score import Left
 from symdyn.numeric.recording import Recording
@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 
 EFFECT = "tachometer"
 LAG = "time_constant"
-WIDE = float(np.log(10.0))  # of the prior of what no data sheet told, about where the fit starts
 FEWEST = 0.05  # of a step: a lag below is none
 
 
@@ -79,5 +78,5 @@ def with_lag(
     whole = replace(whole, beliefs=model.beliefs, freed=model.freed, lagging=(*model.lagging, new))
     p, bench = carried(whole, current.fit.p, current.fit.bench)
     beliefs = dict(current.beliefs)
-    beliefs[new.parameter] = Belief(positive=True, centre=float(np.log(late.lag)), spread=WIDE)
+    beliefs[new.parameter] = untold(late.lag)
     return whole, explained(whole, current.found, beliefs, fit(bench, p, beliefs))

@@ -56,6 +56,11 @@ class Belief:
 Beliefs = Mapping[str, Belief]
 
 
+def untold(start: float) -> Belief:
+    """Of a positive parameter that no data sheet told, about where its fit starts: a factor of ten either way."""
+    return Belief(positive=True, centre=float(np.log(start)), spread=float(np.log(10.0)))
+
+
 def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETTLED, most: int = ITERATIONS) -> MLFit:
     """Fisher scoring on -log L, alternating between the parameters that ``beliefs`` names and the noise.
 

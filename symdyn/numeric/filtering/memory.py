@@ -18,8 +18,8 @@ from symdyn.numeric.filtering.explain import (
     price,
     remembered,
 )
-from symdyn.numeric.filtering.hypotheses import memories
-from symdyn.numeric.filtering.likelihood import Belief, Beliefs, MLFit, fit
+from symdyn.numeric.filtering.hypotheses import memories, without_memory
+from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit, untold
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, carried, prepare
 from symdyn.numeric.filtering.places import Latent
@@ -31,11 +31,6 @@ Array = NDArray[np.float64]
 
 YIELDS = np.geomspace(1e-4, 0.5, 10)  # distances within which friction builds up, of the travel
 FEW = 5  # rounds of a fit from each start
-WIDE = np.log(10.0)  # of the prior of what no data sheet told, about where the fit starts
-EXPLAINS = (  # what a law of friction with a memory tells as well, and takes the place of
-    "coulomb_friction",
-    "stribeck_friction",
-)
 SLOWEST, SLOW = 0.02, 0.15  # of the usual top speed: where the Stribeck speed of a fit starts
 
 
@@ -97,10 +92,11 @@ def with_memory(
 ) -> tuple[tuple[Model, Step], ...]:
     """Every law that remembers at the place of a loop, fitted in full, best first (BIC)."""
     tried: list[tuple[Model, Step]] = []
+    contained = without_memory()
     kept = tuple(
         item
         for item in current.found
-        if not (item[0].effect in EXPLAINS and item[0].place.address == loop.latent.place)
+        if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
     start = {"level": loop.level, "distance": loop.distance}
     speed = _top_speed(current, loop)
@@ -145,7 +141,7 @@ def _fitted(
         beliefs = dict(others)
         for name, value in values.items():
             own[bench.index[_name(law, name)]] = value
-            beliefs[_name(law, name)] = Belief(positive=True, centre=float(np.log(value)), spread=WIDE)
+            beliefs[_name(law, name)] = untold(value)
         fits.append((fit(bench, own, beliefs, most=FEW), beliefs))
     first, beliefs = min(fits, key=lambda item: item[0].loss)
     return fit(first.bench, first.p, beliefs), beliefs

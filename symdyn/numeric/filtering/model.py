@@ -13,11 +13,12 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.bench import FilterBench, Noise
-from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses, is_angle
+from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.recording import Recording
+from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Monomial, Robot
 
 Array = NDArray[np.float64]
@@ -194,7 +195,7 @@ def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Be
         lower = -math.inf if schema.lower is None else schema.lower
         upper = math.inf if schema.upper is None else schema.upper
         found[candidate.parameter(schema)] = Belief(lower, upper)
-    if shape is not None and any(is_angle(schema) for schema in candidate.shapes):
+    if shape is not None and any(schema.scan is Scan.ANGLE for schema in candidate.shapes):
         found |= {candidate.parameter(schema): Belief() for schema in candidate.shapes}
     elif shape is not None:
         about = Belief(positive=True, centre=math.log(shape), spread=math.log(2.0))

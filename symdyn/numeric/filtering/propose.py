@@ -82,12 +82,13 @@ def _lagging(
 ) -> Change | None:
     """A sensor that lags, where its own channel says so louder than any effect does."""
     found = late_sensors(model, current)
-    if not found or found[0].gain < max(WORTH + 0.5 * float(np.log(len(model.training.y))), best.gain if best else 0.0):
+    least = max(WORTH + 0.5 * float(np.log(len(model.training.y))), best.gain if best else 0.0)
+    if not found or found[0].gain < least:
         return None
     late = found[0].sensor
     slow, after = with_lag(model, current, found[0], recordings, progress)
     gain, p_value = current.fit.loss - after.fit.loss, heldout_p_value(current, after)
-    if gain < max(WORTH + 0.5 * float(np.log(len(model.training.y))), best.gain if best else 0.0) or p_value >= LEVEL:
+    if gain < least or p_value >= LEVEL:
         return None
     values = {name: estimate(slow, after.fit, value.factors[0][0]) for name, value in late.values if value.factors}
     values[LAG] = estimate(slow, after.fit, slow.lagging[-1].parameter)

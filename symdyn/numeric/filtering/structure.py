@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
-from symdyn.numeric.filtering.likelihood import Belief, MLFit, fit
+from symdyn.numeric.filtering.likelihood import MLFit, fit, untold
 from symdyn.numeric.filtering.locate import POWERS
 from symdyn.numeric.filtering.model import Freed, Lagging, Model, natural_force, prepare, with_latent, without_latent
 from symdyn.numeric.recording import Recording
@@ -21,7 +21,6 @@ SHAFT = "transmission"
 STARTS = 8  # resonances that are tried, evenly on a logarithmic scale
 FEW = 8  # rounds of a fit from each of them
 LIGHT = 0.05  # damping ratio that a fit starts from
-WIDE = math.log(10.0)  # of the prior of what no data sheet told
 
 
 def rigid_joints(robot: Robot) -> tuple[Joint, ...]:
@@ -71,7 +70,7 @@ def with_shaft(
         trial = p.copy()
         for name, value in ((new.stiffness, stiffness), (new.damping, LIGHT * stiffness / (math.pi * frequency))):
             trial[names[name]] = value
-            beliefs[name] = Belief(positive=True, centre=math.log(value), spread=WIDE)
+            beliefs[name] = untold(value)
         losses = [each.filtered(trial).loss for each in trials]
         tried.append((fit(trials[int(np.argmin(losses))], trial, beliefs, most=FEW), dict(beliefs)))
     first, beliefs = min(tried, key=lambda item: item[0].loss)

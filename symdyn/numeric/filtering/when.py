@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.conditions import travelled
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.explain import WORTH, Explanation
 from symdyn.numeric.filtering.model import Model
@@ -71,7 +72,7 @@ def conditions(motion: Motion, reference: Motion) -> dict[str, Array]:
     sign = np.where(np.abs(v) < REST * top, 1, np.where(v > 0.0, 2, 0))
     slow = 3 * (np.abs(v) < SLOW * top) + sign
     ways = np.array([*WAYS, np.inf]) * float(np.ptp(reference.x))  # the last of them is the sign alone
-    turned = np.exp(-np.divide.outer(_travelled(motion), ways))
+    turned = np.exp(-np.divide.outer(travelled(motion.x, v), ways))
     since = (motion.time - motion.time[0]) / float(np.ptp(reference.time))
     found = {
         "always": np.ones((len(v), 1)),
@@ -127,11 +128,3 @@ def _cells(index: NDArray[np.integer], count: int) -> Array:
 def _binned(values: Array, reference: Array) -> Array:
     edges = np.quantile(reference, np.linspace(0.0, 1.0, BINS + 1)[1:-1])
     return _cells(np.digitize(values, edges), BINS)
-
-
-def _travelled(motion: Motion) -> Array:
-    """(N,) how far it went since it last turned round; at first, since the start."""
-    turned = np.flatnonzero(np.diff((motion.v > 0.0).astype(int)) != 0) + 1
-    starts = np.concatenate(([0], turned))
-    index = np.searchsorted(starts, np.arange(len(motion.x)), side="right") - 1
-    return np.asarray(np.abs(motion.x - motion.x[starts[index]]))
