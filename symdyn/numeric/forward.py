@@ -88,7 +88,8 @@ def _counted(progress: Progress, step: int) -> Progress:
 def _alternatives(inquiry: Inquiry, earning: Sequence[Trial], chosen: Trial) -> tuple[Alternative, ...]:
     """What else would have earned this step, and the held-out error it would have left."""
     case, current, found = inquiry.case, inquiry.current, []
-    for trial in [t for t in earning if t is not chosen][:ALTERNATIVES]:
+    best = {(t.candidate.effect, t.candidate.place): t for t in (*reversed(earning), chosen)}  # of each effect, one
+    for trial in [t for t in earning if t in best.values() and t is not chosen][:ALTERNATIVES]:
         try:
             other = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
         except NumericalError:

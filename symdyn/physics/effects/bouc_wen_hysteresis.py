@@ -41,7 +41,7 @@ class BoucWenHysteresis(Effect):
             null=None,
             lower=0.5,
             scan=Scan.VALUES,
-            tried=(0.5, 0.75, 1.0, 2.0),
+            tried=(0.5, 0.7, 1.0, 2.0),
         ),
         ParameterSchema(
             "exponent",

@@ -11,7 +11,7 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.records import Motion, PlaceKind
 
 _LENGTH = {Motion.ROTATIONAL: "m"}
-_ANCHOR = 0.3  # m, where only ratios of lengths can be told
+_ANCHOR = 1.0  # m, where only ratios of lengths can be told
 
 
 @final

@@ -31,7 +31,7 @@ class WarmUpFriction(Effect):
             null=None,
             lower=1e-12,
             scan=Scan.ASSUMED,
-            tried=(25.0,),
+            tried=(20.0,),
         ),
         ParameterSchema(
             "heat_capacity",
@@ -42,7 +42,7 @@ class WarmUpFriction(Effect):
             lower=1e-12,
             scan=Scan.HEAT,
             relative_to="coefficient",
-            tried=(5.0, 12.0, 25.0, 50.0, 125.0),
+            tried=(4.0, 10.0, 20.0, 40.0, 100.0),
         ),
         ParameterSchema(
             "thermal_resistance",
@@ -54,7 +54,7 @@ class WarmUpFriction(Effect):
             scan=Scan.HEATING,
             relative_to="coefficient",
             inversely=True,
-            tried=(12.0, 25.0, 50.0, 250.0),
+            tried=(10.0, 20.0, 40.0, 200.0),
         ),
     )
     source = "Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010, An extended friction model"
