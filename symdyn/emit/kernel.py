@@ -90,8 +90,11 @@ class Kernel:
 
 
 def load(path: Path) -> Kernel:
-    """Load a kernel module from a file; its name in ``sys.modules`` is made of its path."""
-    name = f"symdyn_kernel_{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]}"
+    """Load a kernel module from a file; its name in ``sys.modules`` is made of its text.
+
+    Not of its path: what Numba has stored beside it names the module, and a folder may be copied or moved.
+    """
+    name = f"symdyn_kernel_{hashlib.sha256(path.read_bytes()).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"cannot load {path}")

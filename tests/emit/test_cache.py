@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import stat
+import subprocess
 import sys
 from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
@@ -54,6 +56,37 @@ def test_a_kernel_is_parsed_once(root: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert parsed == []
     (only(root) / "kernel.py").write_text(SOURCE.replace("1", "2"), encoding="utf-8")
     assert load_source(SOURCE).module.VALUE == 1
+
+
+COMPILED = """
+from numba import njit
+
+@njit(cache=True)
+def twice(x):
+    return 2.0 * x
+"""
+USE = """
+import sys
+from symdyn.emit.kernel import load_source
+module = load_source(sys.stdin.read()).module
+assert module.twice(3.0) == 6.0
+print(sum(module.twice.stats.cache_hits.values()))
+"""
+
+
+def test_a_copied_cache_serves(root: Path, tmp_path: Path) -> None:
+    """Numba stores the name of a module in what it compiled: no path may be in it."""
+
+    def hits(folder: Path) -> int:
+        environment = {**os.environ, "SYMDYN_CACHE": str(folder)}
+        run = [sys.executable, "-c", USE]
+        done = subprocess.run(run, input=COMPILED, env=environment, text=True, capture_output=True, check=True)
+        return int(done.stdout)
+
+    assert (hits(root), hits(root)) == (0, 1)
+    copy = tmp_path / "moved"
+    shutil.copytree(root, copy)
+    assert hits(copy) == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes are those of POSIX")
