@@ -94,7 +94,7 @@ def load(path: Path) -> Kernel:
 
     Not of its path: what Numba has stored beside it names the module, and a folder may be copied or moved.
     """
-    name = f"symdyn_kernel_{hashlib.sha256(path.read_bytes()).hexdigest()[:16]}"
+    name = _name(path.read_bytes())
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"cannot load {path}")
@@ -113,8 +113,7 @@ def load_source(text: str) -> Kernel:
 
     Raises PermissionError where others could write to the cache.
     """
-    key = hashlib.sha256(text.encode()).hexdigest()[:24]
-    folder = _private(cache_root()) / key
+    folder = _private(cache_root()) / _name(text.encode())
     path = folder / "kernel.py"
     if path.exists() and path.read_bytes() != text.encode():
         shutil.rmtree(folder)
@@ -125,6 +124,10 @@ def load_source(text: str) -> Kernel:
         # Parsing is most of an import; a Python that is told to write no bytecode would do it every time.
         py_compile.compile(str(path), doraise=True, invalidation_mode=PycInvalidationMode.CHECKED_HASH)
     return load(path)
+
+
+def _name(text: bytes) -> str:
+    return f"symdyn_kernel_{hashlib.sha256(text).hexdigest()[:16]}"
 
 
 def cache_root() -> Path:

@@ -19,15 +19,16 @@ MOSTLY = 0.5  # of a law's power that a curve over a variable must hold for the 
 def refuted(case: Case, of: Explanation, remaining: Remaining) -> list[str]:
     """Labels of findings whose law does not hold: what is left follows their own variable at their own joint.
 
-    A structured rest that follows something else is another effect, and refutes nothing.
+    Alone, or together with another variable of that joint. A structured rest that follows something else is
+    another effect, and refutes nothing.
     """
     if not remaining.structured or remaining.variable is None:
         return []
-    labels = []
+    labels, variables = [], remaining.variable.split(" and ")
     for (candidate, _), fitted in zip(of.found, of.fitted, strict=True):
-        joint = case.laws.joint(candidate)
+        joint, here = case.laws.joint(candidate), f" of {candidate.place.address}"
         force = case.laws.columns(candidate, fitted.shapes) @ np.array(fitted.coefficients)
-        if f"{_variable(case, joint, force)} of {candidate.place.address}" == remaining.variable:
+        if f"{_variable(case, joint, force)}{here}" in variables and all(v.endswith(here) for v in variables):
             labels.append(candidate.label)
     return labels
 

@@ -1,4 +1,4 @@
-"""Where a joint stands still: dry friction takes any value there, so that its equation says nothing about the model."""
+"""Where a joint's equation says nothing about the model: while it stands, and where it turns faster than was seen."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import ndimage, signal
 
 from symdyn.numeric.observation import Observation
 
 Array = NDArray[np.float64]
 
 REST = 3.0  # standard deviations of a speed's own noise: a slower joint has no direction that could be told
-TOUCHED = 0.02  # weight of standing samples in the analysis band's filter from which a sample counts as standing
+TOUCHED = 0.002  # weight of standing samples in the analysis band's filter from which a sample counts as standing
 MOSTLY = 0.5  # of the samples: a joint that stands longer is not judged by the rest
 
 
@@ -25,6 +25,22 @@ def resting(observation: Observation) -> NDArray[np.bool_]:
 def touched(observation: Observation, bring: Callable[[Array], Array]) -> NDArray[np.bool_]:
     """(K, n) samples in the analysis band that hold some of those."""
     return np.asarray(np.abs(bring(resting(observation).astype(float))) > TOUCHED)
+
+
+def turning(observation: Observation, edge: float | None, bring: Callable[[Array], Array]) -> NDArray[np.bool_]:
+    """(K, n) samples around a reversal, in a band of which the ``edge`` (Hz) lies above that of the motion.
+
+    Dry friction jumps there, and the acceleration with it. The effort shows the jump as it is, the motion shows it
+    smoothed: for half a period of its edge to either side the two do not go together, whatever the model.
+    """
+    o = observation
+    near = np.zeros(o.qd.shape, dtype=bool)
+    if edge is not None and edge > o.cutoff:
+        reach = int(np.ceil(0.5 * o.rate / o.cutoff))
+        for part in o.segments:
+            turns = np.diff(np.sign(o.qd[part]), axis=0, prepend=np.sign(o.qd[part][:1])) != 0
+            near[part] = ndimage.maximum_filter1d(turns, 2 * reach + 1, axis=0)
+    return np.asarray(bring(near.astype(float)) > TOUCHED)
 
 
 def speed_noise(observation: Observation) -> Array:

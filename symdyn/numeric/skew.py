@@ -15,9 +15,9 @@ from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
-MOST = (
-    0.8  # of the residual's power on held-out data: a skew that tells as much, and more than all effects, is the cause
-)
+# Of the residual's power on held-out data, what makes a skew the cause:
+MOST = 0.8  # if it tells more than any one effect
+HALF = 0.5  # if it tells more than all effects together
 SOME = 0.1  # worth naming
 STEPS = 0.5  # samples: smaller skews are those of any sampled system
 CERTAIN = 4.0  # standard errors
@@ -57,11 +57,11 @@ def effort_skew(case: Case, of: Explanation) -> Skew:
 def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) -> Skew | None:
     """The skew that would tell part of what is left, if any.
 
-    Raises BadRecording (SD529) where one number, the skew, tells four fifths of the residual of the
-    model as given, and more than all findings together: what was found is the skew in disguise.
+    Raises BadRecording (SD529) where one number, the skew, tells half of the residual of the model as
+    given, and more than all findings together: what was found is the skew in disguise.
     """
     skew = effort_skew(first, given)
-    if tells_nearly_all(first, skew):
+    if certain(first, skew) and skew.share > HALF:
         gain, p_value = encompassing(final.heldout * given.weight, skew.heldout)
         if gain > 0.0 and p_value < LEVEL:
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
@@ -71,7 +71,7 @@ def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) 
 
 
 def tells_nearly_all(case: Case, skew: Skew) -> bool:
-    """Whether it may be the one cause of the mismatch."""
+    """Whether it may be the one cause of the mismatch, before effects were searched."""
     return certain(case, skew) and skew.share > MOST
 
 

@@ -17,8 +17,9 @@ def verdict_of(
 
     1. ``unexplained``: what is left is structured, and nothing was found; or what was found tells less
        than three quarters of the structured mismatch (``explained_share``); or its law is ``refuted``
-       (what is left still follows the very variable that a finding is a law in, at its own place) and
-       tells less than 99.5 % of it. The findings are still told then, as the nearest that is known.
+       (what is left still follows the very variable that a finding is a law in, at its own place, alone
+       or with another one there) and tells less than 99.5 % of it. The findings are still told then, as
+       the nearest that is known.
     2. ``ambiguous``: a finding has a rival that these recordings do not tell from it.
     3. ``missing_physics``: there are findings (``remaining.structured`` says whether more is missing).
     4. ``complete``: nothing was found, and what is left has no structure.

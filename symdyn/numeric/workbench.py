@@ -12,7 +12,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import Band
 from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
-from symdyn.numeric.rest import MOSTLY, touched
+from symdyn.numeric.rest import MOSTLY, touched, turning
 from symdyn.numeric.span import Span, find_span
 
 Array = NDArray[np.float64]
@@ -23,8 +23,8 @@ SLOPE_STEP = 1e-5  # of a parameter, where hidden states depend on it
 class Workbench:
     """Evaluates the kernel on a recording; parameter vectors are those of its robot.
 
-    Where a joint stands nothing of its own equation is counted (residuals and columns are zero there), unless
-    ``planned`` motion is looked at.
+    Where a joint stands, or turns faster than its motion is known, nothing of its own equation is counted (residuals
+    and columns are zero there), unless ``planned`` motion is looked at.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Workbench:
         o = observation
         whole = np.ascontiguousarray
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
-        standing = touched(o, self.bring)
+        standing = touched(o, self.bring) | turning(o, band.cutoff if band else None, self.bring)
         judged = ~standing | (np.mean(standing, axis=0) > MOSTLY) | planned
         self.moving: Array = judged.astype(float)  # (K, n) 0 where a joint stands: dry friction may be anything there
         self.effort: Array = self.bring(o.tau) * self.moving

@@ -19,6 +19,7 @@ from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors, sizes
 from symdyn.numeric.regression import encompassing, long_run_covariance
+from symdyn.physics import catalogue
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -111,19 +112,48 @@ def step(
 
     ``rival``: nats that something else is expected to gain; what promises far less is not fitted.
     """
+    ready = _ready(model, current)
+    ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
+    least = max(WORTH, PROMISING * max(rival, max((s.gain for s in ranked), default=0.0)))
+    promising = [s for s in ranked if s.gain > least and s.p_value * len(ranked) < LEVEL][:TRIED]
+    if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
+        promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
+    best, tried = _first_that_earns(model, current, promising, alarms, progress)
+    if best is None:
+        rest = [c for c in ready if c not in [s.candidate for s in promising]]
+        best, more = _first_that_earns(model, current, _uncovered(current, rest, progress), alarms, progress)
+        tried = (*tried, *more)
+    return best, tried
+
+
+def _ready(model: Model, current: Explanation) -> list[Candidate]:
+    """Hypotheses that are neither found nor part of the model, and whose base is there."""
     present = {(c.effect, c.place.address) for c, _ in current.found}
     here = present | {(e.type, at) for e in model.robot.effects for at in same_place(model.robot, e.at)}
-    ready = [
+    return [
         c
         for c in model.proposed
         if (c.effect, c.place.address) not in here and (c.builds_on is None or (c.builds_on, c.place.address) in here)
     ]
-    ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
-    tests = len(ranked)
-    least = max(WORTH, PROMISING * max(rival, max((s.gain for s in ranked), default=0.0)))
-    promising = [s for s in ranked if s.gain > least and s.p_value * tests < LEVEL][:TRIED]
-    if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
-        promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
+
+
+def _uncovered(current: Explanation, ready: Sequence[Candidate], progress: Progress) -> list[Score]:
+    """What the unknown force does the work of: once it is fitted, a constant beside it gains next to nothing.
+
+    So the hypotheses are asked without it. How much they tell then is their order, and no measure of certainty.
+    """
+    bench, p = current.fit.bench, current.fit.p
+    quiet = bench.with_noise(bench.noise.quiet)
+    if quiet.filtered(p).loss - bench.filtered(p).loss < WORTH:
+        return []
+    ranked = scores(quiet, p, tuple(current.beliefs), ready, progress)
+    return [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
+
+
+def _first_that_earns(
+    model: Model, current: Explanation, promising: Sequence[Score], alarms: list[str], progress: Progress
+) -> tuple[Step | None, tuple[Step, ...]]:
+    """Of hypotheses that are fitted one by one, and all of them that came near; likeliest first."""
     rough = []
     for score in promising:
         progress(f"fitting {score.candidate.label}")
@@ -131,7 +161,9 @@ def step(
     worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
     tried = []
     for (score, fitted), gained in zip(rough, worth, strict=True):
-        if gained < LIKELY * max(worth):
+        best = rough[worth.index(max(worth))][0].candidate
+        within = score.candidate.place == best.place and score.candidate.effect in catalogue()[best.effect].generalises
+        if gained < LIKELY * max(worth) and not within:
             continue
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
@@ -139,7 +171,7 @@ def step(
         after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
         tried.append(Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after)))
     tried.sort(key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
-    for each in tried:
+    for each in [simplest(wide, tried) for wide in tried]:
         label = each.score.candidate.label
         if each.gain < WORTH + price(model, each.score.candidate):
             continue
@@ -150,6 +182,17 @@ def step(
         else:
             return each, tuple(tried)
     return None, tuple(tried)
+
+
+def simplest(wide: Step, tried: Sequence[Step]) -> Step:
+    """A law that this one contains, at the same place, where held-out data do not tell the two apart."""
+    of = wide.score.candidate
+    less = [
+        s
+        for s in alike(wide, tried)
+        if s.score.candidate.place == of.place and s.score.candidate.effect in catalogue()[of.effect].generalises
+    ]
+    return min(less, key=lambda s: s.score.candidate.size, default=wide)
 
 
 def sampled(model: Model, current: Explanation) -> Explanation:

@@ -22,6 +22,7 @@ class LinearSpring(Effect):
     )
     source = "van de Ven 1986, eq. 12"
     signature = "residual proportional to position"
+    generalises = ("force_offset",)
     proposable = True
 
     def potential_energy(self, port: Port, p: Values) -> sp.Expr:
