@@ -14,6 +14,7 @@ KINK = 0.1  # of a usual rate: what the slope at the start of a step does not fo
 MEMORY = 1000.0  # samples that say what is usual
 FINE = 16  # pieces of a step with a kink in it
 ALIKE = 1e-4  # relative change of the machine's Jacobian: with the one before a step goes as far
+NEARLY = 1e-2  # the same for a piece of a step, which is that much shorter
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
 _vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
@@ -38,6 +39,7 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
         *(_matrix, _matrix, _cube, _matrix),  # innovations, variances, sensitivities, states
     ),
     cache=True,
+    nogil=True,
     error_model="numpy",
 )
 def run(  # type: ignore[no-untyped-def]
@@ -183,11 +185,11 @@ def run(  # type: ignore[no-untyped-def]
             f(x, control, p, rate)
             f_x(x, control, p, by_x)
             f_u(x, control, p, by_u)
-            same = h == h_old
+            same, tolerance = h == h_old, ALIKE if pieces == substeps else NEARLY
             for i in range(n):
                 for j in range(na):
                     a[i, j] = by_x[i, j] if j < n else by_u[i, j - n]
-                    if not abs(a[i, j] - a_old[i, j]) <= ALIKE * abs(a_old[i, j]):
+                    if not abs(a[i, j] - a_old[i, j]) <= tolerance * abs(a_old[i, j]):
                         same = False
             if not same:
                 unchanged = False

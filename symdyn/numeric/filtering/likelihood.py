@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -164,15 +166,14 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
     here = bench.filtered(p)
     m = len(noise.r)
     free = np.flatnonzero(upper > lower)
-    gradient, spread, errors = np.zeros(len(free)), [], []
-    for i, j in enumerate(free):
-        moved = values.copy()
-        moved[j] += PROBE
-        there = bench.with_noise(_noise(noise, moved, m)).filtered(p)
-        gradient[i] = (there.loss - here.loss) / PROBE
-        spread.append((np.log(there.variances) - np.log(here.variances)).ravel() / PROBE)
-        errors.append(((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE)
-    s, d = np.array(spread), np.array(errors)
+    probes = [bench.with_noise(_noise(noise, values + PROBE * unit, m)) for unit in np.eye(len(values))[free]]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:  # the filter lets go of the interpreter
+        runs = list(threads.map(lambda probe: probe.filtered(p), probes))
+    gradient = np.array([(there.loss - here.loss) / PROBE for there in runs])
+    s = np.array([(np.log(there.variances) - np.log(here.variances)).ravel() / PROBE for there in runs])
+    d = np.array(
+        [((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs]
+    )
     fisher = 0.5 * s @ s.T + d @ d.T
     fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
     # half the probe off: the quotient is that of the middle
