@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import bounds
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
-from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces
+from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.free_form import fitted_of
 from symdyn.numeric.groups import rigid_group
@@ -54,13 +54,12 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
         told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
-    wrong = refuted(case, final, remaining)
-    told += [
-        f"the law of {label} does not hold exactly: what is left follows the {remaining.variable}" for label in wrong
-    ]
-    before = first.errors(given)
+    wrong, before = refuted(case, final, remaining), first.errors(given)
+    verdict = verdict_of(findings, remaining, before, after, bool(wrong))
+    if verdict is Verdict.UNEXPLAINED:
+        told += [f"the law of {x} does not hold: what is left follows the {remaining.variable}" for x in wrong]
     return Diagnosis(
-        verdict=verdict_of(findings, remaining, before, after, bool(wrong)),
+        verdict=verdict,
         robot=first.robot,
         diagnosed=diagnosed,
         findings=tuple(findings),

@@ -171,9 +171,7 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
         runs = list(threads.map(lambda probe: probe.filtered(p), probes))
     gradient = np.array([(there.loss - here.loss) / PROBE for there in runs])
     s = np.array([(np.log(there.variances) - np.log(here.variances)).ravel() / PROBE for there in runs])
-    d = np.array(
-        [((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs]
-    )
+    d = np.array([((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs])
     fisher = 0.5 * s @ s.T + d @ d.T
     fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
     # half the probe off: the quotient is that of the middle

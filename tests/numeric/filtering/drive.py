@@ -94,6 +94,7 @@ class Concealed:
     dahl: float = 0.0  # N m, reached over the distance
     distance: float = 0.05  # rad
     unbalance: float = 0.0  # N m at the most, which hangs at rest at the angle 0
+    push: float = 0.0  # N m, always the same way
     late: float = 0.0  # s, of the voltage behind its command
     offset: float = 0.0  # A, of the ammeter
     lag: float = 0.0  # s, of the tachometer
@@ -120,7 +121,7 @@ def record(path: Path, robot: Robot, seed: int, **concealed: float) -> Recording
             applied = u[max(k * FINE + j - behind, 0) // FINE]
             current += h / L * (applied - R * current - K_E * v)
             twist = c.stiffness * (x - load) + 2e-3 * (v - load_speed) if c.stiffness else 0.0
-            torque = K_T * current - c.dahl * bristle - c.unbalance * np.sin(x)
+            torque = K_T * current + c.push - c.dahl * bristle - c.unbalance * np.sin(x)
             v += h / inertia * (torque - (twist if c.stiffness else B * v))
             dry = c.coulomb * h / inertia
             v = np.sign(v) * max(abs(v) - dry, 0.0)

@@ -45,6 +45,17 @@ def test_coulomb_friction_is_named_placed_and_written_down(robot: Robot, tmp_pat
     assert 'type = "coulomb_friction"' in found.diagnosed.text
 
 
+def test_a_constant_is_found_beside_friction_though_an_unknown_force_could_take_it_up(
+    robot: Robot, tmp_path: Path
+) -> None:
+    found = diagnosed(robot, tmp_path, coulomb=0.03, push=0.012)
+    told = {f.effect: f for f in found.findings}
+    assert set(told) == {"coulomb_friction", "force_offset"}
+    ratio = told["force_offset"].parameters["offset"].value / told["coulomb_friction"].parameters["level"].value
+    assert ratio == pytest.approx(-0.4, rel=0.05)  # an offset counts as resistance
+    assert not found.remaining.structured
+
+
 @pytest.mark.slow  # compiles the machine with a shaft in it
 def test_a_transmission_taken_for_rigid_gets_its_shaft(robot: Robot, tmp_path: Path) -> None:
     found = diagnosed(robot, tmp_path, stiffness=1.0)
