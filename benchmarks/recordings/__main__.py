@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import pkgutil
+import re
 import sys
 import time
 from collections.abc import Mapping
@@ -87,20 +88,26 @@ def page(rows: list[Row]) -> str:
     lines = [HEAD, "| machine | verdict | held-out error | band | time |", "| --- | --- | ---: | ---: | ---: |"]
     for r in rows:
         if isinstance(r.result, SymdynError):
-            lines.append(f"| [{r.rig.title}](#{r.rig.name}) | failed | | | {r.seconds:.0f} s |")
+            lines.append(f"| {linked(r.rig)} | failed | | | {r.seconds:.0f} s |")
             continue
         d = r.result
         errors = f"{100 * d.before.heldout:.1f} % to {100 * d.after.heldout:.1f} %"
         verdict = str(d.verdict).replace("_", " ")
-        lines.append(f"| [{r.rig.title}](#{r.rig.name}) | {verdict} | {errors} | {d.band:.3g} Hz | {r.seconds:.0f} s |")
+        lines.append(f"| {linked(r.rig)} | {verdict} | {errors} | {d.band:.3g} Hz | {r.seconds:.0f} s |")
     return "\n".join([*lines, "", *(section(r) for r in rows)])
+
+
+def linked(rig: Rig) -> str:
+    """Its title, as a link to its section: by the rule that renderers make anchors of headings."""
+    anchor = re.sub(r"[^\w -]", "", rig.title).lower().replace(" ", "-")
+    return f"[{rig.title}](#{anchor})"
 
 
 def section(r: Row) -> str:
     """What was found on one rig."""
     rig = r.rig
     about = f"Published: {rig.published}. {rig.split[0].upper()}{rig.split[1:]}. {rig.remark}".strip()
-    lines = [f'<a name="{rig.name}"></a>', "", f"## {rig.title}", "", about, ""]
+    lines = [f"## {rig.title}", "", about, ""]
     if isinstance(r.result, SymdynError):
         return "\n".join([*lines, f"It failed: {r.result}", ""])
     d = r.result
