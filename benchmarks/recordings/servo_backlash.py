@@ -70,7 +70,7 @@ def _run(file: Path, held: str, pullers: tuple[str, str]) -> Recording:
 
 
 def _pulls(row: dict[str, str], puller: str) -> float:
-    """How it pulls once it has arrived; of how hard a moving servo pulls its own load says nothing."""
+    """How a servo pulls that stands still; while it moves, its load says nothing of how hard it pulls."""
     away = float(row[f"pos {puller}"]) - REST[puller]
     return math.copysign(PULL, -away) if abs(away) > SLACK else 0.0
 
@@ -83,5 +83,6 @@ RIG = Rig(
     runs=runs,
     split="four blocks of one run: trained on the odd ones, judged on the even ones",
     published="backlash of 14.2 to 14.8 counts",
-    remark="1 rad stands for 1 count of the encoder, 1 N m for 1 count of the pulling servos' load.",
+    remark="1 rad stands for 1 count of the encoder. Of the pull only its direction is known: its size is set to "
+    "36 counts of load, as when the pulling servos stand still.",
 )

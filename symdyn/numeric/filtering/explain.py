@@ -161,9 +161,8 @@ def _first_that_earns(
     worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
     tried = []
     for (score, fitted), gained in zip(rough, worth, strict=True):
-        best = rough[worth.index(max(worth))][0].candidate
-        within = score.candidate.place == best.place and score.candidate.effect in catalogue()[best.effect].generalises
-        if gained < LIKELY * max(worth) and not within:
+        best = rough[int(np.argmax(worth))][0]
+        if gained < LIKELY * max(worth) and not _contains(best, score):
             continue
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
@@ -184,14 +183,16 @@ def _first_that_earns(
     return None, tuple(tried)
 
 
+def _contains(wide: Score, less: Score) -> bool:
+    """Whether one law is a special case of another at the same place."""
+    return wide.candidate.place == less.candidate.place and (
+        less.candidate.effect in catalogue()[wide.candidate.effect].generalises
+    )
+
+
 def simplest(wide: Step, tried: Sequence[Step]) -> Step:
     """A law that this one contains, at the same place, where held-out data do not tell the two apart."""
-    of = wide.score.candidate
-    less = [
-        s
-        for s in alike(wide, tried)
-        if s.score.candidate.place == of.place and s.score.candidate.effect in catalogue()[of.effect].generalises
-    ]
+    less = [s for s in alike(wide, tried) if _contains(wide.score, s.score)]
     return min(less, key=lambda s: s.score.candidate.size, default=wide)
 
 
