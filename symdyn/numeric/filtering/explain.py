@@ -17,6 +17,7 @@ from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.score import Score, scores
+from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors, sizes
 from symdyn.numeric.regression import encompassing, long_run_covariance
 from symdyn.physics import catalogue
@@ -154,21 +155,29 @@ def _first_that_earns(
     model: Model, current: Explanation, promising: Sequence[Score], alarms: list[str], progress: Progress
 ) -> tuple[Step | None, tuple[Step, ...]]:
     """Of hypotheses that are fitted one by one, and all of them that came near; likeliest first."""
-    rough = []
-    for score in promising:
+
+    def roughly(score: Score) -> MLFit:
         progress(f"fitting {score.candidate.label}")
-        rough.append((score, with_effect(model, current, score.candidate, score.shape, score.estimate)))
-    worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
-    tried = []
-    for (score, fitted), gained in zip(rough, worth, strict=True):
-        best = rough[int(np.argmax(worth))][0]
-        if gained < LIKELY * max(worth) and not _contains(best, score):
-            continue
+        return with_effect(model, current, score.candidate, score.shape, score.estimate)
+
+    def closely(score: Score, fitted: MLFit) -> Step:
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
         found = (*current.found, (score.candidate, score.shape))
         after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
-        tried.append(Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after)))
+        return Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after))
+
+    rough = side_by_side(roughly, promising)
+    worth = [
+        current.fit.loss - fitted.loss - price(model, score.candidate)
+        for score, fitted in zip(promising, rough, strict=True)
+    ]
+    near = [
+        (score, fitted)
+        for score, fitted, gained in zip(promising, rough, worth, strict=True)
+        if gained >= LIKELY * max(worth) or _contains(promising[int(np.argmax(worth))], score)
+    ]
+    tried = side_by_side(lambda item: closely(*item), near)
     tried.sort(key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
     for each in [simplest(wide, tried) for wide in tried]:
         label = each.score.candidate.label

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.transition import product, transition
+from symdyn.numeric.filtering.transition import product, room, transition
 
 Array = NDArray[np.float64]
 
@@ -81,22 +81,31 @@ def run(  # type: ignore[no-untyped-def]
     """
     n, nu, nl, m, q, count = len(x0), u.shape[1], len(decay), y.shape[1], len(which), len(y)
     nz, na = n + nl, n + nu
+    wide, wide_z, wide_q = room(na), room(nz), room(q)
     x, w = x0.copy(), np.zeros(nl)
-    cov = np.zeros((nz, nz))
-    dz = np.zeros((nz, q))
     rate, out = np.zeros(n), np.zeros(outputs)
-    a, a_old, c_all = np.zeros((na, na)), np.full((na, na), np.nan), np.zeros((len(out), n))
+    a_old, c_all = np.full((na, na), np.nan), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
     there, arrived, usual, ahead = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
-    change, integral, ramp = (
-        np.zeros((na, na)),
-        np.zeros((na, na)),
-        np.zeros((na, na)),
-    )  # of [x, u]: an input goes straight along its slope
+    a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    # of [x, u]: an input goes straight along its slope
+    change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
-    force, forced = np.zeros((n, nl)), np.zeros((n, nl))
-    source, growth, moved = np.zeros((n, q)), np.zeros((n, q)), np.zeros((n, q))
-    phi, work, row, gain = np.zeros((nz, nz)), np.zeros((nz, nz)), np.zeros(nz), np.zeros(nz)
+    pushes = np.array([i for i in range(len(p)) if np.any(latent[i] != 0.0)], dtype=np.int64)
+    force, forced = np.zeros((wide, room(nl))), np.zeros((wide, room(nl)))
+    dz, source, growth, moved = (  # those of rates have rows for inputs: zero, as integrals reach over both
+        np.zeros((wide_z, wide_q)),
+        np.zeros((wide, wide_q)),
+        np.zeros((wide, wide_q)),
+        np.zeros((wide_z, wide_q)),
+    )
+    cov, phi, work, turned = (
+        np.zeros((wide_z, wide_z)),
+        np.zeros((wide_z, wide_z)),
+        np.zeros((wide_z, wide_z)),
+        np.zeros((wide_z, wide_z)),
+    )
+    row, gain = np.zeros(nz), np.zeros(nz)
     total, h_old = 0.0, -1.0
     gains, spread, predicted = np.zeros((m, nz)), np.zeros(m), np.zeros(nz)
     steady = False  # gains as in the step before: neither the machine nor its covariance changed
@@ -193,8 +202,8 @@ def run(  # type: ignore[no-untyped-def]
                         same = False
             if not same:
                 unchanged = False
-                transition(a, h, change, integral, ramp)
-                a_old[:] = a
+                transition(a, na, h, q > 0, change, integral, ramp, term, space)
+                a_old[:] = a[:na, :na]
                 h_old = h
             if piece == 0 and pieces == substeps:
                 # a kink on the way (friction turns, a flank touches) shows in the rate at the end
@@ -219,7 +228,7 @@ def run(  # type: ignore[no-untyped-def]
                 if pieces != substeps:
                     h = steps[k] / pieces
                     unchanged = False
-                    transition(a, h, change, integral, ramp)
+                    transition(a, na, h, q > 0, change, integral, ramp, term, space)
                     h_old = h
             if steady and not unchanged:  # what was left out while nothing changed
                 for c in range(m):
@@ -231,8 +240,12 @@ def run(  # type: ignore[no-untyped-def]
             if nl or q:
                 f_p(x, control, p, by_p)
             if nl:
-                product(by_p, latent, force)
-                product(integral[:n, :n], force, forced)
+                for i in range(n):
+                    for j in range(nl):
+                        force[i, j] = 0.0
+                        for c in pushes:
+                            force[i, j] += by_p[i, c] * latent[c, j]
+                product(integral, force, n, n, forced)
                 for i in range(n):
                     for j in range(nl):
                         rate[i] += force[i, j] * w[j]
@@ -251,18 +264,15 @@ def run(  # type: ignore[no-untyped-def]
                         growth[i, j] = weight[k, j] * (by_p_there[i, which[j]] - by_p[i, which[j]]) / h
                         for c in range(nl):
                             source[i, j] += force[i, c] * dz[n + c, j]
-                product(integral[:n, :n], source, moved)
-                product(ramp[:n, :n], growth, source)
+                product(integral, source, n, n, moved)
                 for i in range(n):
                     for j in range(q):
-                        moved[i, j] += source[i, j]
-                        source[i, j] = dz[i, j]
+                        source[i, j], dz[i, j] = dz[i, j], dz[i, j] + moved[i, j]
+                product(ramp, growth, n, n, moved)
                 for i in range(n):
-                    for c in range(n):
-                        factor = change[i, c]
-                        if factor != 0.0:
-                            for j in range(q):
-                                moved[i, j] += factor * source[c, j]
+                    for j in range(q):
+                        dz[i, j] += moved[i, j]
+                product(change, source, n, n, moved)
                 for i in range(n):
                     for j in range(q):
                         dz[i, j] += moved[i, j]
@@ -280,14 +290,14 @@ def run(  # type: ignore[no-untyped-def]
                     phi[i, n + j] = forced[i, j]
             for j in range(nl):
                 phi[n + j, n + j] = np.exp(-decay[j] * h)
-            product(phi, cov, work)
+            product(phi, cov, nz, nz, work)
             for i in range(nz):
-                for j in range(i + 1):
-                    entry = 0.0
-                    for c in range(nz):
-                        entry += work[i, c] * phi[j, c]
-                    cov[i, j] = entry
-                    cov[j, i] = entry
+                for j in range(nz):
+                    turned[j, i] = work[i, j]
+            product(phi, turned, nz, nz, cov)
+            for i in range(nz):
+                for j in range(i):
+                    cov[i, j] = cov[j, i]
             for j in range(nl):
                 cov[n + j, n + j] += power[j] * (1.0 - np.exp(-2.0 * decay[j] * h))
         if not steady and unchanged:

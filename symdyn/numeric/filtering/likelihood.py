@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.bench import FilterBench, Noise, Pass
+from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
@@ -19,6 +18,7 @@ ITERATIONS = 30
 SETTLED = 0.5  # nats: what half of a sample's noise says
 PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
 LONGEST = 2.0  # step of such a logarithm
+FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
 LEAST_DAMPED, MOST_DAMPED = 1e-9, 1e9
 MODEST = 1e-6  # curvature that is added where there is none at all
 FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
@@ -64,22 +64,31 @@ def untold(start: float) -> Belief:
 
 
 def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETTLED, most: int = ITERATIONS) -> MLFit:
-    """Fisher scoring on -log L, alternating between the parameters that ``beliefs`` names and the noise.
+    """Fisher scoring on -log L, by turns of the parameters that ``beliefs`` names and of the noise.
 
-    It ends when a round gains less than ``settled`` nats, or after ``most`` rounds.
+    One of them that gains less than ``settled`` nats waits until the other does, too. It ends when both together gain
+    less, or after ``most`` rounds.
     """
     p, names = p.copy(), tuple(beliefs)
     bench = _scaled(bench, p)
     loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), 1e-3
+    of_parameters, of_noise = bool(names), True  # whose turn it is
     for _ in range(most):
         before = loss
-        if names:
+        if of_parameters:
             p, loss, damping = _parameter_step(bench, p, beliefs, loss, damping)
-        prior = _penalty(bench, p, beliefs)
-        bench, loss = _noise_step(bench, p, loss - prior)
-        loss += prior
-        if before - loss < settled:
+        between = loss
+        if of_noise:
+            prior = _penalty(bench, p, beliefs)
+            bench, loss = _noise_step(bench, p, loss - prior)
+            loss += prior
+        together = of_noise and of_parameters == bool(names)
+        if together and before - loss < settled:
             break
+        if together and names:
+            of_parameters, of_noise = before - between >= settled, between - loss >= settled
+        elif before - loss < settled:
+            of_parameters, of_noise = bool(names), True
     return MLFit(names, p, bench, loss, _covariance(bench, p, beliefs))
 
 
@@ -119,6 +128,7 @@ def _parameter_step(
     slope = (columns.T @ done.white.ravel() + wish) * scale
     lower = np.array([-np.inf if b.positive else b.lower for b in known])
     upper = np.array([np.inf if b.positive else b.upper for b in known])
+    growth = 10.0
     while damping < MOST_DAMPED:
         damped = normal + damping * np.diag(np.diag(normal) + MODEST)
         step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
@@ -128,7 +138,8 @@ def _parameter_step(
             found = bench.filtered(trial).loss + _penalty(bench, trial, beliefs)
             if found < loss:
                 return trial, found, max(damping / 10.0, LEAST_DAMPED)
-        damping *= 10.0
+        damping *= growth
+        growth *= 2.0
     return p, loss, 1.0
 
 
@@ -167,8 +178,7 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
     m = len(noise.r)
     free = np.flatnonzero(upper > lower)
     probes = [bench.with_noise(_noise(noise, values + PROBE * unit, m)) for unit in np.eye(len(values))[free]]
-    with ThreadPoolExecutor(os.cpu_count()) as threads:  # the filter lets go of the interpreter
-        runs = list(threads.map(lambda probe: probe.filtered(p), probes))
+    runs = side_by_side(lambda probe: probe.filtered(p), probes)
     gradient = np.array([(there.loss - here.loss) / PROBE for there in runs])
     s = np.array([(np.log(there.variances) - np.log(here.variances)).ravel() / PROBE for there in runs])
     d = np.array([((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs])
@@ -183,8 +193,23 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
         trial = bench.with_noise(_noise(noise, moved, m))
         found = trial.filtered(p).loss
         if found < loss:
-            return trial, found
+            return _farther(trial, p, change, lower, found)
         factor /= 3.0
+    return bench, loss
+
+
+def _farther(bench: FilterBench, p: Array, change: Array, lower: Array, loss: float) -> tuple[FilterBench, float]:
+    """Variances that fell far go on falling, twice as far each time, as long as that pays."""
+    noise, m = bench.noise, len(bench.noise.r)
+    values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
+    falling = np.where((change < -FALLING) & (np.arange(len(change)) < m + len(noise.power)), change, 0.0)
+    while falling.any():
+        values = np.maximum(values + falling, lower)
+        trial = bench.with_noise(_noise(noise, values, m))
+        found = trial.filtered(p).loss
+        if not found < loss:
+            break
+        bench, loss, falling = trial, found, 2.0 * falling
     return bench, loss
 
 

@@ -4,19 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import linalg
 
-from symdyn.numeric.filtering.transition import product, transition
+from symdyn.numeric.filtering.transition import product, room, transition
+
+Array = NDArray[np.float64]
+
+
+def with_room(a: Array) -> Array:
+    wide = np.zeros((room(a.shape[0]), room(a.shape[1])))
+    wide[: a.shape[0], : a.shape[1]] = a
+    return wide
+
+
+def step_of(a: Array, step: float, ramped: bool = True) -> tuple[Array, Array, Array]:
+    n = len(a)
+    outs = [np.full((room(n), room(n)), 7.0) for _ in range(5)]
+    transition(with_room(a), n, step, ramped, *outs)
+    change, integral, ramp = (out[:n, :n] for out in outs[:3])
+    return change, integral, ramp
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 50.0, 2e4])
-@pytest.mark.parametrize("seed", range(5))
-def test_change_and_integrals_are_those_of_the_exponential(size: float, seed: int) -> None:
+@pytest.mark.parametrize("n", [1, 6, 8, 13])
+@pytest.mark.parametrize("seed", range(3))
+def test_change_and_integrals_are_those_of_the_exponential(size: float, n: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    n, step = 6, 1e-3
+    step = 1e-3
     a = size * rng.normal(size=(n, n)) - 2.0 * size * np.eye(n)
-    change, integral, ramp = (np.zeros((n, n)) for _ in range(3))
-    transition(a, step, change, integral, ramp)
+    change, integral, ramp = step_of(a, step)
     wide = np.zeros((3 * n, 3 * n))  # Van Loan 1978: the integrals are blocks of one exponential
     wide[:n, :n], wide[:n, n : 2 * n], wide[n : 2 * n, 2 * n :] = a, np.eye(n), np.eye(n)
     whole = linalg.expm(wide * step)
@@ -25,18 +42,25 @@ def test_change_and_integrals_are_those_of_the_exponential(size: float, seed: in
     np.testing.assert_allclose(ramp, whole[:n, 2 * n :], rtol=1e-9, atol=1e-10 * step**2)
 
 
+def test_without_the_ramp_the_rest_is_the_same() -> None:
+    a = np.random.default_rng(2).normal(size=(5, 5))
+    with_ramp, without = step_of(a, 3.0), step_of(a, 3.0, ramped=False)
+    np.testing.assert_array_equal(without[0], with_ramp[0])
+    np.testing.assert_array_equal(without[1], with_ramp[1])
+
+
 def test_a_singular_machine_drifts() -> None:
     """A mass without spring: position grows with speed."""
-    change, integral, ramp = (np.zeros((2, 2)) for _ in range(3))
-    transition(np.array([[0.0, 1.0], [0.0, 0.0]]), 0.5, change, integral, ramp)
+    change, integral, ramp = step_of(np.array([[0.0, 1.0], [0.0, 0.0]]), 0.5)
     np.testing.assert_allclose(ramp, [[0.125, 0.125 / 6.0], [0.0, 0.125]], atol=1e-15)
     np.testing.assert_allclose(change, [[0.0, 0.5], [0.0, 0.0]], atol=1e-15)
     np.testing.assert_allclose(integral, [[0.5, 0.125], [0.0, 0.5]], atol=1e-15)
 
 
-def test_product_of_rectangles() -> None:
+@pytest.mark.parametrize("inner", [4, 5])
+def test_product_of_rectangles(inner: int) -> None:
     rng = np.random.default_rng(1)
-    a, b = rng.normal(size=(3, 5)), rng.normal(size=(5, 4))
-    out = np.zeros((3, 4))
-    product(a, b, out)
-    np.testing.assert_allclose(out, a @ b, rtol=1e-14)
+    a, b = rng.normal(size=(3, inner)), rng.normal(size=(inner, 4))
+    out = np.zeros((room(3), room(4)))
+    product(with_room(a), with_room(b), 3, inner, out)
+    np.testing.assert_allclose(out[:3, :4], a @ b, rtol=1e-14)
