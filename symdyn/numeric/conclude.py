@@ -72,7 +72,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
         band=case.bench.band.cutoff if case.bench.band else 0.0,
         training=training,
         heldout=heldout,
-        traces=_traces(case, given, judge, r_heldout, density),
+        traces=_traces((first.judge, given.fit.p), (judge, emitted.values), density, tuple(case.joints)),
         located=where_and_when(first, given),
         noise_floor=_noise_floor(case, bench, judge, noise_density(bench, emitted.values), density),
     )
@@ -128,17 +128,22 @@ def _absorbing(case: Case, final: Explanation) -> list[str]:
     ]
 
 
-def _traces(case: Case, given: Explanation, judge: Workbench, after: Array, noise: Array) -> Traces:
+def _traces(
+    given: tuple[Workbench, Array], final: tuple[Workbench, Array], noise: Array, joints: tuple[str, ...]
+) -> Traces:
+    """Of all that was held out: where a joint stands, too, though nothing is counted there."""
+    judge = final[0]
     o = judge.observation
-    effort = judge.bring(o.tau)  # at rest, too, where nothing is counted as a residual
+    effort = judge.bring(o.tau)
+    before, after = (effort - bench.bring(bench.raw_residual(p)) for bench, p in (given, final))
     return Traces(
         time=judge.bring(o.time[:, None])[:, 0],
         q=judge.bring(o.q),
         qd=judge.bring(o.qd),
         effort=effort,
-        before=effort - given.heldout,
-        after=effort - after,
-        joints=tuple(case.joints),
+        before=before,
+        after=after,
+        joints=joints,
         effort_units=judge.kernel.effort_units,
         noise=noise,
     )

@@ -121,3 +121,6 @@ def test_a_short_recording_does_not_stop_the_discovery(robot: Robot) -> None:
     """The model without the spring is fitted first, and needs more than Gauss-Newton to settle."""
     found = diagnose(robot, *(record("spring", "shoulder", seed, 4.0) for seed in (3, 3 + HELDOUT)))
     assert [(f.effect, f.place) for f in found.findings] == [("linear_spring", "shoulder")]
+    shown = found.traces  # at a reversal, too, where nothing is counted as a residual
+    assert np.all(shown.before != shown.effort)
+    assert np.all(shown.after != shown.effort)
