@@ -11,7 +11,7 @@ from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
-from symdyn.numeric.filtering.late import absorbing, late
+from symdyn.numeric.filtering.late import absorbing, late, put_back
 from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
@@ -32,6 +32,7 @@ ABOUT = 0.1  # of the free-run error, held out: explanations that differ less ma
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
 TRIED = 5  # hypotheses that are fitted in full at each step
 PROMISING = 0.2  # of the largest expected gain: what promises less is not fitted
+PARTS = (1.0, 0.5, 0.25, 0.1)  # of what a score test expects: where such a fit may start
 ROUNDS = 6  # of a fit that only sorts
 LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
@@ -77,17 +78,32 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
 
 
 def with_effect(model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> MLFit:
-    """The fit with one more effect, everything fitted again from where it stands: roughly, to sort by."""
+    """The fit with one more effect, everything fitted again: roughly, to sort by.
+
+    It starts where the fit without it stands, and, if parameters may have absorbed the effect there, also with those
+    at the values that were given.
+    """
+    bench = current.fit.bench
     p = current.fit.p.copy()
-    index = current.fit.bench.index
-    for schema, value in zip(candidate.linear, start, strict=True):
-        p[index[candidate.parameter(schema)]] = value
     for schema in candidate.shapes if shape is not None else ():
-        p[index[candidate.parameter(schema)]] = shape
-    if candidate.effect == DELAY and set(absorbing(current)) & model.electrical:
-        p = late(current, p, candidate.parameter(candidate.linear[0]))
+        p[bench.index[candidate.parameter(schema)]] = shape
+    where = [bench.index[candidate.parameter(schema)] for schema in candidate.linear]
+
+    def begun(p: Array) -> Array:
+        """With the largest part of what is expected that a simulation survives."""
+        for part in PARTS:
+            trial = p.copy()
+            trial[where] += part * (start - p[where])
+            if np.isfinite(bench.filtered(trial).loss):
+                return trial
+        return p
+
+    suspects = absorbing(current)
+    starts = [begun(p), *([begun(put_back(current, p))] if suspects else [])]
+    if candidate.effect == DELAY and set(suspects) & model.electrical:
+        starts[1:] = [late(current, starts[0], candidate.parameter(candidate.linear[0]))]
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
-    return fit(current.fit.bench, p, beliefs, most=ROUNDS)
+    return min(side_by_side(lambda p: fit(bench, p, beliefs, most=ROUNDS), starts), key=lambda fitted: fitted.loss)
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -208,14 +224,19 @@ def simplest(wide: Step, tried: Sequence[Step]) -> Step:
 def sampled(model: Model, current: Explanation) -> Explanation:
     """The same with inputs held over a step instead of straight, or the other way round, where that fits better.
 
-    Either looks like half a step of delay to the other; so it is tried where a delay would gain something.
+    Either looks like half a step of delay to the other; so it is tried where a delay would gain something, or where
+    the circuit may have absorbed it.
     """
     late = [c for c in model.proposed if c.effect == DELAY]
     bench, p = current.fit.bench, current.fit.p
+    suspects = set(absorbing(current)) & model.electrical
     found = scores(bench, p, tuple(current.beliefs), late)
-    if not found or found[0].gain < WORTH:
+    if not suspects and (not found or found[0].gain < WORTH):
         return current
-    other = fit(model.bench(model.training, bench.noise, not bench.held), p, current.beliefs, most=ROUNDS)
+    starts = [p, *([put_back(current, p)] if suspects else [])]
+    other_way = model.bench(model.training, bench.noise, not bench.held)
+    fits = side_by_side(lambda p: fit(other_way, p, current.beliefs, most=ROUNDS), starts)
+    other = min(fits, key=lambda fitted: fitted.loss)
     if other.loss > current.fit.loss:
         return current
     return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))

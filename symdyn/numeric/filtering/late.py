@@ -36,12 +36,18 @@ def absorbing(current: Fitted) -> tuple[str, ...]:
     )  # fmt: skip
 
 
+def put_back(current: Fitted, p: Array) -> Array:
+    """The parameters with what is suspect at its given value."""
+    given = p.copy()
+    for name in absorbing(current):
+        given[current.fit.bench.index[name]] = current.beliefs[name].value(current.beliefs[name].centre)
+    return given
+
+
 def late(current: Fitted, p: Array, name: str) -> Array:
     """The parameters with that delay where a fit of them should start: what is suspect back at its given value."""
     bench, beliefs = current.fit.bench, current.beliefs
-    given = p.copy()
-    for suspect in absorbing(current):
-        given[bench.index[suspect]] = beliefs[suspect].value(beliefs[suspect].centre)
+    given = put_back(current, p)
     step = float(np.nanmedian(bench.signals.steps))
     tried = []
     for delay in np.linspace(0.0, max(LONGEST, 2.0 * step), MOST + 1)[1:]:

@@ -118,6 +118,8 @@ def _parameter_step(
     known = tuple(beliefs.values())
     done = bench.filtered(p, tuple(beliefs))
     columns = _columns(done, p, where, known)
+    if not np.all(np.isfinite(columns)):  # on the way to infinity: nothing is known of a better direction
+        return p, loss, damping
     here = np.array([b.coordinate(p[i]) for i, b in zip(where, known, strict=True)])
     positive = np.array([b.positive for b in known], dtype=bool)
     length = np.linalg.norm(columns, axis=0)
@@ -230,6 +232,8 @@ def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
     known, where = tuple(beliefs.values()), [bench.index[name] for name in beliefs]
     done = bench.filtered(p, tuple(beliefs))
     flat = _columns(done, p, where, known)
+    if not np.all(np.isfinite(flat)):
+        return np.full((len(known), len(known)), np.inf)
     precision = flat.T @ flat + np.diag([b.spread**-2 for b in known])
     scale = np.sqrt(np.diag(precision))
     scale = np.where(scale > 0, scale, 1.0)
