@@ -30,7 +30,8 @@ LEVEL = 0.01  # significance of a gain
 WORTH = 10.0  # nats that an effect must bring on training data, beside half the logarithm of N per number (BIC)
 ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
-TRIED = 5  # hypotheses that are fitted in full at each step
+TRIED = 5  # hypotheses that are fitted in full at each turn
+TURNS = 2  # of such fits: where the most promising do not earn their place, the next ones may
 PROMISING = 0.2  # of the largest expected gain: what promises less is not fitted
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of what a score test expects: where such a fit may start
 ROUNDS = 6  # of a fit that only sorts
@@ -131,16 +132,28 @@ def step(
     """
     ready = _ready(model, current)
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
-    least = max(WORTH, PROMISING * max(rival, max((s.gain for s in ranked), default=0.0)))
-    promising = [s for s in ranked if s.gain > least and s.p_value * len(ranked) < LEVEL][:TRIED]
-    if set(absorbing(current)) & model.electrical:  # what hides there may be a delay, which no slope shows any more
-        promising += [s for s in ranked if s.candidate.effect == DELAY and s not in promising]
-    best, tried = _first_that_earns(model, current, promising, alarms, progress)
-    if best is None:
-        rest = [c for c in ready if c not in [s.candidate for s in promising]]
-        best, more = _first_that_earns(model, current, _uncovered(current, rest, progress), alarms, progress)
-        tried = (*tried, *more)
-    return best, tried
+    significant = [s for s in ranked if s.gain > WORTH and s.p_value * len(ranked) < LEVEL]
+    tried: tuple[Step, ...] = ()
+    asked: list[Candidate] = []
+    for _ in range(TURNS):
+        open_ = [s for s in significant if s.candidate not in asked]
+        least = PROMISING * max(rival, max((s.gain for s in open_), default=0.0))
+        promising = [s for s in open_ if s.gain > least][:TRIED]
+        if set(absorbing(current)) & model.electrical:  # what hides there may be a delay: no slope shows it any more
+            late_ones = [s for s in ranked if s.candidate.effect == DELAY]
+            promising += [s for s in late_ones if s not in promising and s.candidate not in asked]
+        if not promising:
+            break
+        asked += [s.candidate for s in promising]
+        tried = (*tried, *_fitted(model, current, promising, progress))
+        best = _that_earns(model, current, tried, alarms)
+        if best is not None:
+            return best, tried
+    if not _covers(current):
+        return None, tried
+    uncovered = _uncovered(current, [c for c in ready if c not in asked], progress)
+    tried = (*tried, *_fitted(model, current, uncovered, progress))
+    return _that_earns(model, current, tried, alarms, covered=True), tried
 
 
 def _ready(model: Model, current: Explanation) -> list[Candidate]:
@@ -154,58 +167,74 @@ def _ready(model: Model, current: Explanation) -> list[Candidate]:
     ]
 
 
+def _covers(current: Explanation) -> bool:
+    """Whether an unknown force does much of the work."""
+    bench, p = current.fit.bench, current.fit.p
+    return bench.with_noise(bench.noise.quiet).filtered(p).loss - bench.filtered(p).loss >= WORTH
+
+
 def _uncovered(current: Explanation, ready: Sequence[Candidate], progress: Progress) -> list[Score]:
     """What the unknown force does the work of: once it is fitted, a constant beside it gains next to nothing.
 
     So the hypotheses are asked without it. How much they tell then is their order, and no measure of certainty.
     """
-    bench, p = current.fit.bench, current.fit.p
+    bench = current.fit.bench
     quiet = bench.with_noise(bench.noise.quiet)
-    if quiet.filtered(p).loss - bench.filtered(p).loss < WORTH:
-        return []
-    ranked = scores(quiet, p, tuple(current.beliefs), ready, progress)
+    ranked = scores(quiet, current.fit.p, tuple(current.beliefs), ready, progress)
     return [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
 
 
-def _first_that_earns(
-    model: Model, current: Explanation, promising: Sequence[Score], alarms: list[str], progress: Progress
-) -> tuple[Step | None, tuple[Step, ...]]:
-    """Of hypotheses that are fitted one by one, and all of them that came near; likeliest first."""
+def _fitted(model: Model, current: Explanation, promising: Sequence[Score], progress: Progress) -> tuple[Step, ...]:
+    """Each of them on top of an explanation; those that came near the likeliest are fitted to the end and judged."""
+    if not promising:
+        return ()
 
     def roughly(score: Score) -> MLFit:
         progress(f"fitting {score.candidate.label}")
         return with_effect(model, current, score.candidate, score.shape, score.estimate)
 
-    def closely(score: Score, fitted: MLFit) -> Step:
+    def closely(item: tuple[Score, MLFit]) -> Step:
+        score, fitted = item
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
         found = (*current.found, (score.candidate, score.shape))
         after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
         return Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after))
 
-    rough = side_by_side(roughly, promising)
-    worth = [
-        current.fit.loss - fitted.loss - price(model, score.candidate)
-        for score, fitted in zip(promising, rough, strict=True)
-    ]
+    rough = list(zip(promising, side_by_side(roughly, promising), strict=True))
+    worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
+    best, most = rough[int(np.argmax(worth))][0], max(worth)
     near = [
         (score, fitted)
-        for score, fitted, gained in zip(promising, rough, worth, strict=True)
-        if gained >= LIKELY * max(worth) or _contains(promising[int(np.argmax(worth))], score)
+        for (score, fitted), gained in zip(rough, worth, strict=True)
+        if gained >= most - (1.0 - LIKELY) * abs(most) or _contains(best, score)
     ]
-    tried = side_by_side(lambda item: closely(*item), near)
-    tried.sort(key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
-    for each in [simplest(wide, tried) for wide in tried]:
+    return tuple(side_by_side(closely, near))
+
+
+def _that_earns(
+    model: Model, current: Explanation, tried: Sequence[Step], alarms: list[str], covered: bool = False
+) -> Step | None:
+    """The likeliest of them that earns its place: by likelihood, by certainty of its size, and on held-out data.
+
+    ``covered``: an unknown force does its work, and the likelihood hardly rises; free runs, which have no such force,
+    decide.
+    """
+    if covered:
+        order = sorted(tried, key=lambda s: s.after.heldout)
+    else:
+        order = sorted(tried, key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
+    for each in [simplest(wide, order) for wide in order]:
         label = each.score.candidate.label
-        if each.gain < WORTH + price(model, each.score.candidate):
+        if each.gain < (0.0 if covered else WORTH + price(model, each.score.candidate)):
             continue
         if not certain(model, each.after, each.score.candidate):
             alarms.append(f"{label} raises the likelihood, but its size cannot be told from zero")
         elif each.p_value >= LEVEL or each.after.heldout > (1.0 - EARNS) * current.heldout:
             alarms.append(f"{label} fits the training data better, but not the held-out data")
         else:
-            return each, tuple(tried)
-    return None, tuple(tried)
+            return each
+    return None
 
 
 def _contains(wide: Score, less: Score) -> bool:

@@ -181,6 +181,10 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
     free = np.flatnonzero(upper > lower)
     probes = [bench.with_noise(_noise(noise, values + PROBE * unit, m)) for unit in np.eye(len(values))[free]]
     runs = side_by_side(lambda probe: probe.filtered(p), probes)
+    sound = np.array([np.isfinite(there.loss) for there in runs], dtype=bool)  # a covariance may not stay positive
+    if not np.isfinite(here.loss) or not sound.any():
+        return bench, loss
+    free, runs = free[sound], [there for there, good in zip(runs, sound, strict=True) if good]
     gradient = np.array([(there.loss - here.loss) / PROBE for there in runs])
     s = np.array([(np.log(there.variances) - np.log(here.variances)).ravel() / PROBE for there in runs])
     d = np.array([((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs])
