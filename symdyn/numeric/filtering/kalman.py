@@ -149,6 +149,7 @@ def run(  # type: ignore[no-untyped-def]
                     for j in range(nz):
                         gain[i] += cov[i, j] * row[j]
                     variance += row[i] * gain[i]
+                variance = max(variance, r[c])  # rounding may make a covariance of nearly nothing negative
                 gains[c] = gain
                 spread[c] = variance
             innovation = y[k, c] - value
