@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from symdyn.numeric.filtering.conclude import conclude, parameters
-from symdyn.numeric.filtering.explain import Explanation, both, explained, sampled, step, without_effect
+from symdyn.numeric.filtering.explain import Explanation, both, earns, explained, sampled, step, without_effect
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import loops
 from symdyn.numeric.filtering.model import Model, prepare
@@ -69,7 +69,7 @@ def _reexamined(
         if any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found):
             continue
         without = without_effect(model, current, item)
-        if without.fit.loss - current.fit.loss < NEEDED:
+        if without.fit.loss - current.fit.loss < NEEDED or not earns(model, without, current, candidate):
             alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
             current = without
     kept = {(c.effect, c.place.address): c for c, _ in current.found}

@@ -289,6 +289,12 @@ def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Pr
     return None
 
 
+def earns(model: Model, before: Explanation, after: Explanation, candidate: Candidate) -> bool:
+    """Whether an effect is worth a line in the model: certain in its size, and better on held-out data."""
+    better = after.heldout <= (1.0 - EARNS) * before.heldout and heldout_p_value(before, after) < LEVEL
+    return better and certain(model, after, candidate)
+
+
 def certain(model: Model, after: Explanation, candidate: Candidate) -> bool:
     """Whether any of its parameters can be told from the value at which it vanishes."""
     if not candidate.linear:
