@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,19 +21,9 @@ PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
 LONGEST = 2.0  # step of such a logarithm
 FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
 LEAST_DAMPED, MOST_DAMPED = 1e-9, 1e9
+DIFFERENCE = 0.1  # of a standard error, for difference quotients by parameters
 MODEST = 1e-6  # curvature that is added where there is none at all
 FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MLFit:
-    """``p`` (np,) with those named fitted; ``bench`` holds the noise fitted along; ``loss`` is -log L."""
-
-    names: tuple[str, ...]
-    p: Array
-    bench: FilterBench
-    loss: float
-    covariance: Array  # (k, k) of the named parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +49,25 @@ class Belief:
 Beliefs = Mapping[str, Belief]
 
 
+@dataclass(frozen=True, eq=False)
+class MLFit:
+    """``p`` (np,), fitted where ``beliefs`` names it; ``bench`` holds the noise fitted along; ``loss`` is -log L."""
+
+    beliefs: Beliefs
+    p: Array
+    bench: FilterBench
+    loss: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.beliefs)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(k, k) of the named parameters."""
+        return _covariance(self.bench, self.p, self.beliefs)
+
+
 def untold(start: float) -> Belief:
     """Of a positive parameter that no data sheet told, about where its fit starts: a factor of ten either way."""
     return Belief(positive=True, centre=float(np.log(start)), spread=float(np.log(10.0)))
@@ -69,10 +79,10 @@ def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETT
     One of them that gains less than ``settled`` nats waits until the other does, too. It ends when both together gain
     less, or after ``most`` rounds.
     """
-    p, names = p.copy(), tuple(beliefs)
+    p, names = p.copy(), bool(beliefs)
     bench = _scaled(bench, p)
     loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), 1e-3
-    of_parameters, of_noise = bool(names), True  # whose turn it is
+    of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
         before = loss
         if of_parameters:
@@ -82,14 +92,14 @@ def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETT
             prior = _penalty(bench, p, beliefs)
             bench, loss = _noise_step(bench, p, loss - prior)
             loss += prior
-        together = of_noise and of_parameters == bool(names)
+        together = of_noise and of_parameters == names
         if together and before - loss < settled:
             break
         if together and names:
             of_parameters, of_noise = before - between >= settled, between - loss >= settled
         elif before - loss < settled:
-            of_parameters, of_noise = bool(names), True
-    return MLFit(names, p, bench, loss, _covariance(bench, p, beliefs))
+            of_parameters, of_noise = names, True
+    return MLFit(beliefs, p, bench, loss)
 
 
 def _scaled(bench: FilterBench, p: Array) -> FilterBench:
@@ -113,13 +123,32 @@ def _penalty(bench: FilterBench, p: Array, beliefs: Beliefs) -> float:
 def _parameter_step(
     bench: FilterBench, p: Array, beliefs: Beliefs, loss: float, damping: float
 ) -> tuple[Array, float, float]:
-    """One step of Levenberg and Marquardt within bounds: (parameters, loss, damping for the next one)."""
+    """One step of Levenberg and Marquardt within bounds: (parameters, loss, damping for the next one).
+
+    Where friction jumps within a step of the filter, the innovations' slopes may point elsewhere. Where they promise a
+    gain and lead to none, differences take their place.
+    """
     where = [bench.index[name] for name in beliefs]
     known = tuple(beliefs.values())
     done = bench.filtered(p, tuple(beliefs))
     columns = _columns(done, p, where, known)
     if not np.all(np.isfinite(columns)):  # on the way to infinity: nothing is known of a better direction
         return p, loss, damping
+    slope = columns.T @ done.white.ravel()
+    found, promised = _lower(bench, p, beliefs, (loss, damping), columns, slope)
+    if promised > SETTLED and (found is None or loss - found[1] < SETTLED):
+        columns, slope = _by_differences(bench, p, beliefs, done, columns)
+        found = _lower(bench, p, beliefs, (loss, 1e-3), columns, slope)[0] or found
+    return found or (p, loss, 1.0)
+
+
+def _lower(
+    bench: FilterBench, p: Array, beliefs: Beliefs, at: tuple[float, float], columns: Array, slope: Array
+) -> tuple[tuple[Array, float, float] | None, float]:
+    """A step that lowers the loss, if any does: (parameters, loss, damping); and the gain that the slopes promise."""
+    loss, damping = at
+    where = [bench.index[name] for name in beliefs]
+    known = tuple(beliefs.values())
     here = np.array([b.coordinate(p[i]) for i, b in zip(where, known, strict=True)])
     positive = np.array([b.positive for b in known], dtype=bool)
     length = np.linalg.norm(columns, axis=0)
@@ -127,22 +156,45 @@ def _parameter_step(
     precision = np.array([b.spread**-2 for b in known])
     wish = precision * (np.array([b.centre for b in known]) - here)
     normal = (columns.T @ columns + np.diag(precision)) * np.outer(scale, scale)
-    slope = (columns.T @ done.white.ravel() + wish) * scale
+    slope = (slope + wish) * scale
     lower = np.array([-np.inf if b.positive else b.lower for b in known])
     upper = np.array([np.inf if b.positive else b.upper for b in known])
-    growth = 10.0
+    growth, promised = 10.0, 0.0
     while damping < MOST_DAMPED:
         damped = normal + damping * np.diag(np.diag(normal) + MODEST)
         step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
+        promised = max(promised, float(slope @ step - 0.5 * step @ normal @ step))
         trial = p.copy()
         if np.max(np.abs(step[positive]), initial=0.0) < LONGEST:
             trial[where] = [b.value(x) for b, x in zip(known, here + scale * step, strict=True)]
             found = bench.filtered(trial).loss + _penalty(bench, trial, beliefs)
             if found < loss:
-                return trial, found, max(damping / 10.0, LEAST_DAMPED)
+                return (trial, found, max(damping / 10.0, LEAST_DAMPED)), promised
         damping *= growth
         growth *= 2.0
-    return p, loss, 1.0
+    return None, promised
+
+
+def _by_differences(bench: FilterBench, p: Array, beliefs: Beliefs, done: Pass, columns: Array) -> tuple[Array, Array]:
+    """Columns as ``_columns`` has them, and the slope of the likelihood: a run of the filter for each parameter."""
+    length = np.linalg.norm(columns, axis=0)
+    moved = DIFFERENCE * np.minimum(1.0, 1.0 / np.where(length > 0, length, 1.0))
+    trials = []
+    for j, (name, belief) in enumerate(beliefs.items()):
+        i = bench.index[name]
+        trial = p.copy()
+        trial[i] = belief.value(belief.coordinate(p[i]) + moved[j])
+        if trial[i] == p[i]:  # at its bound
+            moved[j] = -moved[j]
+            trial[i] = belief.value(belief.coordinate(p[i]) + moved[j])
+        trials.append(trial)
+    runs = side_by_side(bench.filtered, trials)
+    sound = np.array([np.isfinite(there.loss) for there in runs])
+    spread = np.sqrt(done.variances)
+    found = np.stack([((done.innovations - there.innovations) / spread).ravel() for there in runs], axis=1) / moved
+    found = np.where(sound, found, columns)
+    gain = np.array([done.loss - there.loss if good else 0.0 for there, good in zip(runs, sound, strict=True)]) / moved
+    return found, gain + 0.5 * moved * np.sum(found**2, axis=0)  # the quotient is that of the middle
 
 
 def _columns(done: Pass, p: Array, where: Sequence[int], known: Sequence[Belief]) -> Array:
@@ -241,7 +293,7 @@ def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
     precision = flat.T @ flat + np.diag([b.spread**-2 for b in known])
     scale = np.sqrt(np.diag(precision))
     scale = np.where(scale > 0, scale, 1.0)
-    inverse = np.linalg.pinv(precision / np.outer(scale, scale), rcond=1e-12) / np.outer(scale, scale)
+    inverse = np.linalg.pinv(precision / np.outer(scale, scale), rcond=1e-15, hermitian=True) / np.outer(scale, scale)
     samples = flat.reshape(*done.innovations.shape, len(known))
     slopes = np.einsum("kmq,km->kq", samples, done.white) / scale
     middle = long_run_covariance(slopes) * len(slopes) * np.outer(scale, scale)
