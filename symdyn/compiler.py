@@ -98,17 +98,17 @@ def robot_into_urdf(robot: Robot, urdf: str | Path, chain: Chain = WHOLE) -> str
     return write_back(read_text(urdf, LARGEST_XML), str(urdf), robot, schemas(), chain)
 
 
-def compile_robot(robot: Robot, smoothing: float | None = None, friction_only: bool = False) -> Compiled:
+def compile_robot(robot: Robot, smoothing: float | Mapping[str, float] | None = None) -> Compiled:
     """Derive, build and optimise the programs. Nothing is printed, or compiled by Numba, before it is asked for.
 
-    ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events; with
-    ``friction_only`` those of friction alone, for filters.
+    ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events; with a width for
+    each coordinate, by its address, those of friction alone, for filters.
     """
     with collector_paused():
         equations = equations_of_motion(robot)
         if smoothing is not None:
             require_continuous(equations, "a simulation with smoothing")
-        return Compiled(robot, equations, forms(equations, functions(equations, smoothing, friction_only)))
+        return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
 
 
 def compile_hybrid(robot: Robot) -> Kernel:

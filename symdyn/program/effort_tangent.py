@@ -6,7 +6,7 @@ half its derivative with respect to speeds, times the speeds, and gravity, where
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
@@ -25,13 +25,11 @@ from symdyn.program.substitute import bind
 _SUM = "effort of the arm and of effects"
 
 
-def effort_tangent(
-    equations: EquationsOfMotion, smoothing: float | None = None, friction_of: Sequence[str] | None = None
-) -> Program:
+def effort_tangent(equations: EquationsOfMotion, smoothing: float | Mapping[str, float] | None = None) -> Program:
     """Of (q, qd, qdd, p), an array (n, 3 n + 1): derivatives with respect to q, qd and qdd, then the bias force.
 
-    The last n + 1 columns do not depend on qdd. ``smoothing`` and ``friction_of``: which jumps are smoothed
-    over which width before anything is differentiated.
+    The last n + 1 columns do not depend on qdd. ``smoothing``: over which width jumps are
+    smoothed before anything is differentiated; with one for each speed those of friction alone.
     """
     axes = equations.axes
     n, place = len(axes), {axis.address: k for k, axis in enumerate(axes)}
@@ -41,7 +39,7 @@ def effort_tangent(
 
     def lowered(steps: Sequence[Step], outputs: sp.Matrix) -> Program:
         program = lower("effort_tangent", arguments, steps, list(outputs), outputs.shape)
-        return program if smoothing is None else smooth(program, smoothing, friction_of)
+        return program if smoothing is None else smooth(program, smoothing)
 
     derived = effort_jacobian(equations.robot)
     blocks = sp.zeros(n, 3 * n + 1)

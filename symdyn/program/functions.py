@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import sympy as sp
@@ -30,19 +30,19 @@ __all__ = ["Function", "fold_parameters", "functions"]
 
 
 def functions(
-    equations: EquationsOfMotion, smoothing: float | None = None, friction_only: bool = False
+    equations: EquationsOfMotion, smoothing: float | Mapping[str, float] | None = None
 ) -> tuple[Function, ...]:
     """Every function of the kernel of one robot, parameters not yet folded in.
 
-    ``smoothing``: width over which jumps are smoothed before anything is differentiated; with ``friction_only``
-    those of friction, which is steep in speed, while contacts and limits stay as they are.
+    ``smoothing``: width over which jumps are smoothed before anything is differentiated; with one for each
+    coordinate (by address) those of friction, which is steep in speed, while contacts and limits stay as they are.
     """
-    return _Functions(equations, smoothing, friction_only).all()
+    return _Functions(equations, smoothing).all()
 
 
 def state_derivative(equations: EquationsOfMotion) -> Program:
     """d x / dt as a program of x, u and p alone, for those who need no other function."""
-    work = _Functions(equations, None, False)
+    work = _Functions(equations, None)
     steps, efforts = equations.required()
     required = work.lower("inverse_dynamics", (work.q, work.qd, work.qdd), efforts, steps)
     bias = _at_zero(replace(required, name="bias_force"), (work.qdd,))
@@ -51,9 +51,11 @@ def state_derivative(equations: EquationsOfMotion) -> Program:
 
 
 class _Functions:
-    def __init__(self, equations: EquationsOfMotion, smoothing: float | None, friction_only: bool) -> None:
-        self.equations, self.smoothing = equations, smoothing
+    def __init__(self, equations: EquationsOfMotion, smoothing: float | Mapping[str, float] | None) -> None:
         axes = equations.axes
+        self.equations, self.smoothing = equations, smoothing
+        if isinstance(smoothing, Mapping):
+            self.smoothing = {str(a.qd): smoothing[a.address] for a in axes}
         self.q = Argument("q", tuple(str(a.q) for a in axes))
         self.qd = Argument("qd", tuple(str(a.qd) for a in axes))
         self.qdd = Argument("qdd", tuple(str(a.qdd) for a in axes))
@@ -63,7 +65,6 @@ class _Functions:
         self.u = Argument("u", tuple(str(i.symbol) for i in equations.inputs))
         self.p = Argument("p", tuple(str(p) for p in equations.parameters))
         self.n = len(axes)
-        self.friction_of = self.qd.symbols if friction_only else None
 
     def all(self) -> tuple[Function, ...]:
         equations = self.equations
@@ -77,7 +78,7 @@ class _Functions:
         actuation = self.lower("actuation", (self.x, self.u), equations.actuation())
         forward = self.forward_dynamics(mass, bias)
         state = self.state_derivative(forward, actuation)
-        tangent = effort_tangent(equations, self.smoothing, self.friction_of)
+        tangent = effort_tangent(equations, self.smoothing)
         found = [
             Function(required, "Effort (n,) along each coordinate that the motion needs."),
             Function(forward, "Acceleration (n,) under efforts tau."),
@@ -132,7 +133,7 @@ class _Functions:
         self, name: str, arguments: tuple[Argument, ...], outputs: Sequence[sp.Expr], steps: Sequence[Step] = ()
     ) -> Program:
         program = lower(name, (*arguments, self.p), steps, outputs, (len(outputs),))
-        return program if self.smoothing is None else smooth(program, self.smoothing, self.friction_of)
+        return program if self.smoothing is None else smooth(program, self.smoothing)
 
     def mass_matrix(self) -> Program:
         """The arm's, by composite bodies, and what effects add to it (rotors): inertial forces are linear in qdd."""

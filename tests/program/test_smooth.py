@@ -70,6 +70,23 @@ def test_jump_within_a_jump_is_smoothed_from_the_inside_out() -> None:
     assert at(smooth(nested, 0.1), 0.05) == pytest.approx([expected], rel=1e-12)
 
 
+def test_of_speeds_with_widths_of_their_own_only_what_depends_on_them_is_smoothed() -> None:
+    y = sympy.Symbol("y", real=True)
+    made = smooth(
+        lower("force", (Argument("q", ("x",)), Argument("v", ("y", "z"))), (), (sign_of(x), sign_of(y), step(y)), (3,)),
+        {"y": 0.1, "z": 0.01},
+    )
+    assert [node.op for node in made.nodes].count(Op.TANH) == 1
+    found = evaluate(made, {"q": (0.01,), "v": (0.05, 0.0)}, 30)
+    assert [float(value) for value in found] == pytest.approx([1.0, float(mpmath.tanh(0.5)), 1.0])
+
+
+def test_the_narrowest_width_of_several_speeds_counts() -> None:
+    y, z = sympy.symbols("y z", real=True)
+    made = smooth(lower("force", (Argument("v", ("y", "z")),), (), (sign_of(y - z),), (1,)), {"y": 0.1, "z": 0.01})
+    assert float(evaluate(made, {"v": (0.005, 0.0)}, 30)[0]) == pytest.approx(float(mpmath.tanh(0.5)))
+
+
 @settings(deadline=None)
 @given(random=programs())
 def test_no_jump_is_left_and_the_interface_stays(random: Program) -> None:
@@ -98,3 +115,5 @@ def test_names_of_lines_that_stay_are_kept() -> None:
 def test_width_that_is_none_is_refused(width: float) -> None:
     with pytest.raises(ValueError, match="width"):
         smooth(JUMPS, width)
+    with pytest.raises(ValueError, match="width"):
+        smooth(JUMPS, {"x": 1.0, "k": width})

@@ -191,39 +191,36 @@ def _between(y: Array, parts: int) -> Array:
 def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
     """(n,) state before the first sample and its covariance (n, n): what is measured, else rest with room around it.
 
-    The parts of one drive move together, but for a twist.
+    The parts of one drive move together, geared, but for a twist.
     """
     n, coordinates = len(kernel.states), len(kernel.coordinates)
     x, cov = np.zeros(n), np.zeros((n, n))
-    step = float(np.nanmedian(signals.steps))
-    travel, speed, other = 0.0, 0.0, 1.0
+    turns, other = signals.per_joint, 1.0
+    joints = np.array([name.partition(".")[0] for name in kernel.coordinates])
+    speed, travel = np.abs(signals.speeds / turns), np.zeros(coordinates)  # of the joints
     for c, index in enumerate(signals.index):
         values = signals.y[:, c]
         if index < n:
             x[index] = values[0]
         if index < coordinates:
-            travel = max(travel, float(np.ptp(values)))
-            speed = max(speed, float(np.std(np.diff(values))) / step)
-        elif index < 2 * coordinates:
-            speed = max(speed, float(np.std(values)))
-        elif index < n:
+            together = joints == joints[index]
+            travel[together] = np.maximum(travel[together], abs(float(np.ptp(values)) / turns[index]))
+        elif 2 * coordinates <= index < n:
             other = max(other, float(np.ptp(values)))
-    speed = speed or 1.0
-    travel = travel or speed * len(signals.y) * step
+    travel = np.where(travel > 0.0, travel, speed * len(signals.y) * float(np.nanmedian(signals.steps)))
     measured = {int(i) for i in signals.index}
-    joints = [name.partition(".")[0] for name in kernel.coordinates]
     for first, size, apart in ((0, 1e-2 * travel, 1e-4 * travel), (coordinates, speed, 1e-2 * speed)):
         for i in range(coordinates):
-            same = [j for j in range(coordinates) if joints[j] == joints[i]]
-            known = [first + j for j in same if first + j in measured]
+            same = np.flatnonzero(joints == joints[i])
+            known = [j for j in same if first + j in measured]
             if known and first + i not in measured:
-                x[first + i] = x[known[0]]
+                x[first + i] = x[first + known[0]] * turns[i] / turns[known[0]]
             for j in same:
-                cov[first + i, first + j] = size**2
-            cov[first + i, first + i] += apart**2
+                cov[first + i, first + j] = turns[i] * turns[j] * size[i] ** 2
+            cov[first + i, first + i] += (turns[i] * apart[i]) ** 2
     for i in range(2 * coordinates, n):
-        hidden = {"1": 1.0, "rad": BENT * travel, "m": BENT * travel}.get(kernel.state_units[i], other)
-        cov[i, i] = hidden**2
+        hidden = {"1": 1.0, "rad": BENT * float(travel.max()), "m": BENT * float(travel.max())}
+        cov[i, i] = hidden.get(kernel.state_units[i], other) ** 2
     return x, cov
 
 

@@ -13,13 +13,15 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.gears import number, usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
-from symdyn.spec.records import Monomial, Robot
+from symdyn.spec.places import places
+from symdyn.spec.records import PlaceKind, Robot
 
 Array = NDArray[np.float64]
 
@@ -99,8 +101,10 @@ def prepare(
     seen = seen_by(robot, (training, heldout))
     proposed = (*(c for c in hypotheses(seen) if not only or c.label in only or is_push(c)), *more)
     whole = augmented(seen, proposed)
-    width = _rounded(SHARPNESS * _usual_speed(training))
-    kernel = compile_robot(whole, width, friction_only=True).kernel()
+    at = tuple(p.address for p in places(seen) if p.kind in (PlaceKind.JOINT, PlaceKind.INERTIA))
+    speeds = usual_speeds(seen, training, at)
+    widths = {address: _rounded(SHARPNESS * speed) for address, speed in zip(at, speeds, strict=True)}
+    kernel = compile_robot(whole, widths).kernel()
     return Model(
         seen, kernel, proposed, latents(seen, kernel, proposed), _beliefs(seen, kernel),
         signals(seen, kernel, training), signals(seen, kernel, heldout), delays(kernel, proposed),
@@ -117,7 +121,7 @@ def without_latent(model: Model, signals: Signals) -> Noise:
         at = f"{joint.name}.{circuit.name}" if circuit and name.endswith(".voltage") else joint.name
         found = next((x.direction for x in model.latents if x.place == at), None)
         if found is not None and values.any():
-            gain = 1.0 if at != joint.name or joint.actuator is None else _number(model, joint.actuator.gain)
+            gain = 1.0 if at != joint.name or joint.actuator is None else number(model.robot, joint.actuator.gain)
             directions.append(found * gain)
             power.append((FIRST_INPUT * float(np.std(values))) ** 2)
     for joint in model.robot.joints:
@@ -135,8 +139,10 @@ def natural_force(model: Model, signals: Signals, direction: Array) -> float:
     kernel, n = model.kernel, len(model.kernel.coordinates)
     still = np.zeros(len(kernel.states)), np.zeros(len(kernel.inputs))
     rate = np.asarray(kernel.state_derivative_parameter_jacobian_p(*still, kernel.values)) @ direction
-    speed = max(float(np.nanstd(np.diff(y)) / np.nanmedian(signals.steps)) for y in signals.y.T)
-    mechanical = float(np.max(np.abs(rate[n : 2 * n])))
+    geared = np.max(np.abs(signals.per_joint)) / np.abs(signals.per_joint)  # all as fast as the fastest part
+    quick = np.nanstd(np.diff(signals.y, axis=0), axis=0) / np.nanmedian(signals.steps)
+    speed = max(float(v * geared[i % n] if i < 2 * n else v) for v, i in zip(quick, signals.index, strict=True))
+    mechanical = float(np.max(np.abs(rate[n : 2 * n]) * geared))
     if mechanical > 0:
         return 10.0 * speed / mechanical
     return float(np.max(np.std(signals.u, axis=0))) or 1.0
@@ -151,13 +157,6 @@ def with_latent(noise: Noise, latent: Latent, power: float) -> Noise:
         decay=np.append(base.decay, FIRST_DECAY),
         power=np.append(base.power, power),
     )
-
-
-def _number(model: Model, monomial: Monomial) -> float:
-    number = float(monomial.coefficient)
-    for name, power in monomial.factors:
-        number *= model.kernel.values[model.kernel.parameters.index(name)] ** power
-    return number
 
 
 def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:
@@ -201,18 +200,6 @@ def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Be
         about = Belief(positive=True, centre=math.log(shape), spread=math.log(2.0))
         found |= {candidate.parameter(schema): about for schema in candidate.shapes}
     return found
-
-
-def _usual_speed(recording: Recording) -> float:
-    """Root mean square speed of the fastest measured position, or of a measured speed."""
-    speeds = [1e-6]
-    for (quantity, _, _), values in recording.channels.items():
-        if quantity == "position":
-            span = max(1, int(0.02 / recording.sample_time))  # a difference over 20 ms: no noise is blown up
-            speeds.append(float(np.std(values[span:] - values[:-span])) / (span * recording.sample_time))
-        elif quantity == "velocity":
-            speeds.append(float(np.std(values)))
-    return max(speeds)
 
 
 def _rounded(value: float) -> float:

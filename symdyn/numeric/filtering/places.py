@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.gears import gear_ratio
 from symdyn.spec.places import joint_places
 from symdyn.spec.records import Drive, Joint, PlaceKind, Robot
 
@@ -46,7 +47,7 @@ def latents(robot: Robot, kernel: Kernel, proposed: tuple[Candidate, ...]) -> tu
             direction = np.zeros(len(kernel.parameters))
             if place.kind is PlaceKind.SHAFT:
                 assert joint.drive is not None
-                _couple(joint, joint.drive, place.address, pushes, index, kernel.values, direction)
+                _couple(joint, joint.drive, gear_ratio(robot, joint), place.address, pushes, index, direction)
             elif place.address in pushes:
                 direction[index[pushes[place.address]]] = 1.0
             if direction.any():
@@ -59,12 +60,15 @@ def latents(robot: Robot, kernel: Kernel, proposed: tuple[Candidate, ...]) -> tu
 
 
 def _couple(
-    joint: Joint, drive: Drive, address: str, pushes: Mapping[str, str], index: Mapping[str, int], p: Array, out: Array
+    joint: Joint,
+    drive: Drive,
+    ratio: float,
+    address: str,
+    pushes: Mapping[str, str],
+    index: Mapping[str, int],
+    out: Array,
 ) -> None:
     shaft = next(s for s in drive.shafts if address == f"{joint.name}.{s.name}")
-    ratio = float(drive.ratio.coefficient)
-    for name, power in drive.ratio.factors:
-        ratio *= p[index[name]] ** power
     fixed = {rotor.name for rotor in drive.rotors if rotor.fixed_to_joint} | {"joint"}
     for end, sign in ((shaft.start, -1.0), (shaft.end, 1.0)):
         at = joint.name if end in fixed else f"{joint.name}.{end}"

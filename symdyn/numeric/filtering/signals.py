@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.filtering.gears import coordinate_shown, motor_rotor, per_joint, usual_speeds
 from symdyn.numeric.recording import ChannelKey, Recording
-from symdyn.spec.records import EffectSpec, Joint, Quantity, Robot, Side
+from symdyn.spec.records import EffectSpec, Quantity, Robot
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ class Signals:
     """Inputs ``u`` (N, nu) and measurements ``y`` (N, m), in the units and order of a kernel.
 
     ``index`` (m,) counts states first, then outputs. ``steps`` (N,) are the times to the next sample, nan
-    where a gap follows; ``names`` are those of the kernel.
+    where a gap follows; ``names`` are those of the kernel. ``per_joint`` and ``speeds`` (n,): how far each
+    coordinate goes with its joint where nothing twists, and how fast it usually is.
     """
 
     time: Array
@@ -36,6 +38,8 @@ class Signals:
     names: tuple[str, ...]
     steps: Array
     floor: Array  # (m,) variance of rounding to the channel's own steps
+    per_joint: Array
+    speeds: Array
 
 
 def seen_by(robot: Robot, recordings: Sequence[Recording]) -> Robot:
@@ -85,24 +89,21 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
     return Signals(
         recording.time, u, y, np.array([i for _, i, _ in columns]), tuple(n for n, _, _ in columns), steps,
         np.array([_rounding(column) for column in y.T]),
+        per_joint(robot, kernel.coordinates), usual_speeds(robot, recording, kernel.coordinates),
     )  # fmt: skip
 
 
 def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, float]:
     """The kernel's signal that a channel shows, and the factor from the channel to it."""
-    quantity, address, side = key
+    quantity, address, _ = key
     joint = next(j for j in robot.joints if j.name == address.partition(".")[0])
     scale = 1.0
-    if "." not in address and side is Side.MOTOR and quantity in (Quantity.POSITION, Quantity.VELOCITY):
-        address = _motor(joint) or address
-    if address != joint.name and joint.drive is not None:
-        rotor = next((r for r in joint.drive.rotors if address == f"{joint.name}.{r.name}"), None)
-        if rotor is not None and rotor.fixed_to_joint and quantity in (Quantity.POSITION, Quantity.VELOCITY):
-            scale, address = 1.0 / _number(robot, joint), joint.name
+    if quantity in (Quantity.POSITION, Quantity.VELOCITY):
+        address, scale = coordinate_shown(robot, key)
     if quantity is Quantity.EFFORT:
         candidates = [f"{address}.effort", f"{address}.input"]
     elif quantity in _INPUT_UNIT:
-        motor = _motor(joint)
+        motor = motor_rotor(joint)
         circuit = f"{joint.name}.{joint.drive.motor.name}" if joint.drive and joint.drive.motor else None
         places = [address, *(p for p in (motor, circuit) if p and address in (joint.name, motor, circuit))]
         candidates = [f"{p}.ammeter" for p in places if quantity is Quantity.CURRENT]
@@ -114,25 +115,6 @@ def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, fl
         candidates = [f"{address}.{_STATE[quantity]}"]
     known = (*kernel.inputs, *kernel.states, *kernel.outputs)
     return next((name for name in candidates if name in known), None), scale
-
-
-def _motor(joint: Joint) -> str | None:
-    """The rotor that a motor-side encoder shows: that of the motor, or the first."""
-    if joint.drive is None:
-        return None
-    if joint.drive.motor is not None:
-        return f"{joint.name}.{joint.drive.motor.at}"
-    return f"{joint.name}.{joint.drive.rotors[0].name}" if joint.drive.rotors else None
-
-
-def _number(robot: Robot, joint: Joint) -> float:
-    assert joint.drive is not None
-    values = {p.name: p.value or 0.0 for p in robot.parameters}
-    ratio = joint.drive.ratio
-    number = float(ratio.coefficient)
-    for name, exponent in ratio.factors:
-        number *= values[name] ** exponent
-    return number
 
 
 def _rounding(values: Array) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from symdyn.compiler import compile_robot, load_robot
+from symdyn.derive.coordinates import coordinates
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
 from symdyn.numeric.filtering.signals import Signals
@@ -22,7 +23,8 @@ STEP, COUNT = 1e-3, 300
 @pytest.fixture(scope="module")
 def kernel() -> Kernel:
     """The drive of the 1986 paper, without its Coulomb friction: linear."""
-    return compile_robot(load_robot("irb6-axis1"), 0.05, friction_only=True).kernel()
+    robot = load_robot("irb6-axis1")
+    return compile_robot(robot, {c.address: 0.05 for c in coordinates(robot)}).kernel()
 
 
 def made(kernel: Kernel, seed: int = 0) -> Signals:
@@ -35,7 +37,8 @@ def made(kernel: Kernel, seed: int = 0) -> Signals:
     index = np.array([states.index("axis1.motor.current"), states.index("axis1.motor.q"), len(states)])
     steps = np.append(np.full(COUNT - 1, STEP), np.nan)
     names = ("axis1.motor.current", "axis1.motor.q", "axis1.tachometer.voltage")
-    return Signals(time, u, y, index, names, steps, np.zeros(3))
+    size = len(kernel.coordinates)
+    return Signals(time, u, y, index, names, steps, np.zeros(3), np.ones(size), np.full(size, 50.0))
 
 
 def linear(kernel: Kernel) -> Array:

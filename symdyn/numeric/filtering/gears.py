@@ -1,0 +1,102 @@
+"""How the parts of a machine turn with its joints, and how fast they usually do, by what was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.spec.monomials import value_of
+from symdyn.spec.records import Joint, Monomial, Quantity, Robot, Side
+
+Array = NDArray[np.float64]
+
+BASELINE = 0.02  # s over which a position is differenced: no noise is blown up
+TACHOMETER = "tachometer"
+UNKNOWN = 1.0  # speed of a joint of which nothing tells it
+
+
+def number(robot: Robot, monomial: Monomial) -> float:
+    """At the parameters as given; a free one counts as 1."""
+    return value_of(monomial, {p.name: 1.0 if p.value is None else p.value for p in robot.parameters}) or 0.0
+
+
+def gear_ratio(robot: Robot, joint: Joint) -> float:
+    """Turns of the motor per turn of the joint (per metre, if it slides)."""
+    return number(robot, joint.drive.ratio) if joint.drive is not None else 1.0
+
+
+def per_joint(robot: Robot, addresses: Sequence[str]) -> Array:
+    """(n,) how far each coordinate goes with its joint, where nothing twists: its gear ratio, or 1."""
+    ratios = {joint.name: gear_ratio(robot, joint) for joint in robot.joints}
+    return np.array([ratios[at.partition(".")[0]] if "." in at else 1.0 for at in addresses])
+
+
+def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
+    """The coordinate that a channel of position or speed shows, and the factor from the channel to it."""
+    _, address, side = key
+    joint = next(j for j in robot.joints if j.name == address.partition(".")[0])
+    if "." not in address and side is Side.MOTOR:
+        address = motor_rotor(joint) or address
+    rotors = joint.drive.rotors if joint.drive is not None else ()
+    if any(r.fixed_to_joint and address == f"{joint.name}.{r.name}" for r in rotors):
+        return joint.name, 1.0 / gear_ratio(robot, joint)
+    return address, 1.0
+
+
+def motor_rotor(joint: Joint) -> str | None:
+    """The rotor that a motor-side encoder shows: that of the motor, or the first."""
+    if joint.drive is None:
+        return None
+    if joint.drive.motor is not None:
+        return f"{joint.name}.{joint.drive.motor.at}"
+    return f"{joint.name}.{joint.drive.rotors[0].name}" if joint.drive.rotors else None
+
+
+def usual_speeds(robot: Robot, recording: Recording, addresses: Sequence[str]) -> Array:
+    """(n,) root mean square speed of each coordinate: its own, or that of the fastest part of its joint, geared.
+
+    A joint of which neither position nor speed was measured goes by its tachometer, or by its motor's voltage, which
+    the back-EMF balances at full speed; one of which nothing was, like the fastest of the others.
+    """
+    found: dict[str, float] = {}
+    for told in (_moving, _turning, _driven):
+        first = dict(found)
+        for key, values in recording.channels.items():
+            address, speed = told(robot, key, values, recording.sample_time)
+            joint = address.partition(".")[0]
+            if speed > 0.0 and joint not in first:
+                found[joint] = max(found.get(joint, 0.0), speed / float(np.abs(per_joint(robot, [address])[0])))
+    fallback = max(found.values(), default=UNKNOWN)
+    by_joint = np.array([found.get(at.partition(".")[0], fallback) for at in addresses])
+    return np.asarray(np.abs(per_joint(robot, addresses)) * by_joint)
+
+
+def _moving(robot: Robot, key: ChannelKey, values: Array, step: float) -> tuple[str, float]:
+    """A coordinate and its speed, by a channel of its position or speed; 0 where it is none."""
+    if key[0] is Quantity.POSITION:
+        span = max(1, int(BASELINE / step))
+        at, scale = coordinate_shown(robot, key)
+        return at, abs(scale) * float(np.std(values[span:] - values[:-span])) / (span * step)
+    if key[0] is Quantity.VELOCITY:
+        at, scale = coordinate_shown(robot, key)
+        return at, abs(scale) * float(np.std(values))
+    return key[1], 0.0
+
+
+def _turning(robot: Robot, key: ChannelKey, values: Array, step: float) -> tuple[str, float]:
+    """By a tachometer's voltage."""
+    sensor = next((e for e in robot.effects if e.type == TACHOMETER and e.at == key[1]), None)
+    constant = number(robot, dict(sensor.values)["constant"]) if sensor is not None else 0.0
+    return key[1], float(np.std(values)) / abs(constant) if key[0] is Quantity.VOLTAGE and constant else 0.0
+
+
+def _driven(robot: Robot, key: ChannelKey, values: Array, step: float) -> tuple[str, float]:
+    """By its motor's voltage, which the back-EMF balances at full speed."""
+    joint = next(j for j in robot.joints if j.name == key[1].partition(".")[0])
+    motor = joint.drive.motor if joint.drive is not None else None
+    constant = number(robot, motor.back_emf_constant) if motor is not None else 0.0
+    at = motor_rotor(joint) or joint.name
+    return at, float(np.std(values)) / abs(constant) if key[0] is Quantity.VOLTAGE and constant else 0.0
