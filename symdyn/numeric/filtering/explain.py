@@ -228,12 +228,10 @@ def _that_earns(
         label = each.score.candidate.label
         if each.gain < (0.0 if covered else WORTH + price(model, each.score.candidate)):
             continue
-        if not certain(model, each.after, each.score.candidate):
-            alarms.append(f"{label} raises the likelihood, but its size cannot be told from zero")
-        elif each.p_value >= LEVEL or each.after.heldout > (1.0 - EARNS) * current.heldout:
-            alarms.append(f"{label} fits the training data better, but not the held-out data")
-        else:
+        shortfall = _shortfall(model, current, each.after, each.score.candidate, each.p_value)
+        if not shortfall:
             return each
+        alarms.append(f"{label} {shortfall}")
     return None
 
 
@@ -291,8 +289,16 @@ def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Pr
 
 def earns(model: Model, before: Explanation, after: Explanation, candidate: Candidate) -> bool:
     """Whether an effect is worth a line in the model: certain in its size, and better on held-out data."""
-    better = after.heldout <= (1.0 - EARNS) * before.heldout and heldout_p_value(before, after) < LEVEL
-    return better and certain(model, after, candidate)
+    return not _shortfall(model, before, after, candidate, heldout_p_value(before, after))
+
+
+def _shortfall(model: Model, before: Explanation, after: Explanation, candidate: Candidate, p_value: float) -> str:
+    """What an effect lacks that would earn it a line in the model; nothing, if it earns one."""
+    if not certain(model, after, candidate):
+        return "raises the likelihood, but its size cannot be told from zero"
+    if not (p_value < LEVEL and after.heldout <= (1.0 - EARNS) * before.heldout):
+        return "fits the training data better, but not the held-out data"
+    return ""
 
 
 def certain(model: Model, after: Explanation, candidate: Candidate) -> bool:

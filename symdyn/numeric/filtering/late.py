@@ -1,4 +1,4 @@
-"""Where the fit of an input that comes late may start: a lag elsewhere has taken much of it up by then."""
+"""Parameters that absorbed what the model lacks, and where fits start then: one of an input that comes late, too."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ SETTLED = 0.5  # nats: what half of a sample's noise says
 PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
 LONGEST = 2.0  # step of such a logarithm
 FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
-LEAST_DAMPED, MOST_DAMPED = 1e-9, 1e9
+FIRST_DAMPING, LEAST_DAMPED, MOST_DAMPED = 1e-3, 1e-9, 1e9  # of the curvature
 DIFFERENCE = 0.1  # of a standard error, for difference quotients by parameters
 MODEST = 1e-6  # curvature that is added where there is none at all
 FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
@@ -81,7 +81,7 @@ def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETT
     """
     p, names = p.copy(), bool(beliefs)
     bench = _scaled(bench, p)
-    loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), 1e-3
+    loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), FIRST_DAMPING
     of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
         before = loss
@@ -138,7 +138,7 @@ def _parameter_step(
     found, promised = _lower(bench, p, beliefs, (loss, damping), columns, slope)
     if promised > SETTLED and (found is None or loss - found[1] < SETTLED):
         columns, slope = _by_differences(bench, p, beliefs, done, columns)
-        found = _lower(bench, p, beliefs, (loss, 1e-3), columns, slope)[0] or found
+        found = _lower(bench, p, beliefs, (loss, FIRST_DAMPING), columns, slope)[0] or found
     return found or (p, loss, 1.0)
 
 
