@@ -218,9 +218,9 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
             for j in same:
                 cov[first + i, first + j] = turns[i] * turns[j] * size[i] ** 2
             cov[first + i, first + i] += (turns[i] * apart[i]) ** 2
+    bent = BENT * float(travel.max())
     for i in range(2 * coordinates, n):
-        hidden = {"1": 1.0, "rad": BENT * float(travel.max()), "m": BENT * float(travel.max())}
-        cov[i, i] = hidden.get(kernel.state_units[i], other) ** 2
+        cov[i, i] = {"1": 1.0, "rad": bent, "m": bent}.get(kernel.state_units[i], other) ** 2
     return x, cov
 
 

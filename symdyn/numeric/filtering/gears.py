@@ -28,6 +28,11 @@ def gear_ratio(robot: Robot, joint: Joint) -> float:
     return number(robot, joint.drive.ratio) if joint.drive is not None else 1.0
 
 
+def joint_of(robot: Robot, address: str) -> Joint:
+    """The joint that an address is, or belongs to."""
+    return next(joint for joint in robot.joints if joint.name == address.partition(".")[0])
+
+
 def per_joint(robot: Robot, addresses: Sequence[str]) -> Array:
     """(n,) how far each coordinate goes with its joint, where nothing twists: its gear ratio, or 1."""
     ratios = {joint.name: gear_ratio(robot, joint) for joint in robot.joints}
@@ -37,7 +42,7 @@ def per_joint(robot: Robot, addresses: Sequence[str]) -> Array:
 def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
     """The coordinate that a channel of position or speed shows, and the factor from the channel to it."""
     _, address, side = key
-    joint = next(j for j in robot.joints if j.name == address.partition(".")[0])
+    joint = joint_of(robot, address)
     if "." not in address and side is Side.MOTOR:
         address = motor_rotor(joint) or address
     rotors = joint.drive.rotors if joint.drive is not None else ()
@@ -63,11 +68,11 @@ def usual_speeds(robot: Robot, recording: Recording, addresses: Sequence[str]) -
     """
     found: dict[str, float] = {}
     for told in (_moving, _turning, _driven):
-        first = dict(found)
+        surer = set(found)
         for key, values in recording.channels.items():
             address, speed = told(robot, key, values, recording.sample_time)
             joint = address.partition(".")[0]
-            if speed > 0.0 and joint not in first:
+            if speed > 0.0 and joint not in surer:
                 found[joint] = max(found.get(joint, 0.0), speed / float(np.abs(per_joint(robot, [address])[0])))
     fallback = max(found.values(), default=UNKNOWN)
     by_joint = np.array([found.get(at.partition(".")[0], fallback) for at in addresses])
@@ -95,7 +100,7 @@ def _turning(robot: Robot, key: ChannelKey, values: Array, step: float) -> tuple
 
 def _driven(robot: Robot, key: ChannelKey, values: Array, step: float) -> tuple[str, float]:
     """By its motor's voltage, which the back-EMF balances at full speed."""
-    joint = next(j for j in robot.joints if j.name == key[1].partition(".")[0])
+    joint = joint_of(robot, key[1])
     motor = joint.drive.motor if joint.drive is not None else None
     constant = number(robot, motor.back_emf_constant) if motor is not None else 0.0
     at = motor_rotor(joint) or joint.name

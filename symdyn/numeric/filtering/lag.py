@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
+from symdyn.numeric.filtering.gears import TACHOMETER
 from symdyn.numeric.filtering.likelihood import fit, untold
 from symdyn.numeric.filtering.model import Lagging, Model, carried, prepare
 from symdyn.numeric.filtering.score import Left
@@ -19,7 +20,6 @@ from symdyn.spec.records import EffectSpec, Monomial, Parameter
 
 Array = NDArray[np.float64]
 
-EFFECT = "tachometer"
 LAG = "time_constant"
 FEWEST = 0.05  # of a step: a lag below is none
 
@@ -44,7 +44,7 @@ def late_sensors(model: Model, current: Explanation) -> tuple[Late, ...]:
     for sensor in model.robot.effects:
         channel = f"{sensor.at}.voltage"
         given = dict(sensor.values).get(LAG)
-        if sensor.type != EFFECT or (given is not None and not given.is_zero) or channel not in names:
+        if sensor.type != TACHOMETER or (given is not None and not given.is_zero) or channel not in names:
             continue
         c = names.index(channel)
         column = np.zeros_like(bench.signals.y)
@@ -65,8 +65,8 @@ def with_lag(
 ) -> tuple[Model, Explanation]:
     """The machine with that lag, fitted from where it stands without; effects found are kept."""
     progress(f"deriving and compiling {model.robot.name} with a lag of {late.sensor.at}")
-    new = Lagging(late.sensor.type, late.sensor.at, LAG, f"{late.sensor.at.replace('.', '_')}_{EFFECT}_{LAG}")
-    schema = next(s for s in catalogue()[EFFECT].parameters if s.name == LAG)
+    new = Lagging(late.sensor.type, late.sensor.at, LAG, f"{late.sensor.at.replace('.', '_')}_{TACHOMETER}_{LAG}")
+    schema = next(s for s in catalogue()[TACHOMETER].parameters if s.name == LAG)
     rest = tuple(item for item in late.sensor.values if item[0] != LAG)
     slow = replace(late.sensor, values=(*rest, (LAG, Monomial(Fraction(1), ((new.parameter, 1),)))))
     robot = replace(

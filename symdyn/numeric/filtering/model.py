@@ -13,7 +13,7 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.bench import FilterBench, Noise
-from symdyn.numeric.filtering.gears import number, usual_speeds
+from symdyn.numeric.filtering.gears import joint_of, number, usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
 from symdyn.numeric.filtering.places import Latent, is_push, latents
@@ -116,7 +116,7 @@ def without_latent(model: Model, signals: Signals) -> Noise:
     r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
     directions, power = [], []
     for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
-        joint = next(j for j in model.robot.joints if j.name == name.partition(".")[0])
+        joint = joint_of(model.robot, name)
         circuit = joint.drive.motor if joint.drive else None
         at = f"{joint.name}.{circuit.name}" if circuit and name.endswith(".voltage") else joint.name
         found = next((x.direction for x in model.latents if x.place == at), None)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.filtering.gears import coordinate_shown, motor_rotor, per_joint, usual_speeds
+from symdyn.numeric.filtering.gears import coordinate_shown, joint_of, motor_rotor, per_joint, usual_speeds
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.spec.records import EffectSpec, Quantity, Robot
 
@@ -96,7 +96,7 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
 def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, float]:
     """The kernel's signal that a channel shows, and the factor from the channel to it."""
     quantity, address, _ = key
-    joint = next(j for j in robot.joints if j.name == address.partition(".")[0])
+    joint = joint_of(robot, address)
     scale = 1.0
     if quantity in (Quantity.POSITION, Quantity.VELOCITY):
         address, scale = coordinate_shown(robot, key)
