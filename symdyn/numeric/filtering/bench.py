@@ -99,23 +99,38 @@ class FilterBench:
 
         ``weight`` (N, q): how far each of them goes along in the step after each sample; all the way, if None.
         """
-        s, noise = self.signals, self.noise
-        count, m, n = len(s.y), s.y.shape[1], len(self.kernel.states)
         late = [name in self.delays for name in names]
-        which = np.array([self.index[name] for name, delay in zip(names, late, strict=True) if not delay], np.int64)
+        which = [self.index[name] for name, delay in zip(names, late, strict=True) if not delay]
+        (done,) = self._run(p, [self.noise], which, weight)
+        return done if not any(late) else replace(done, slopes=self._with_delays(p, names, late, done))
+
+    def beside(self, p: Array, noises: Sequence[Noise]) -> list[Pass]:
+        """The filter as it is, then with other noise, nearly the same: those runs share its steps and Jacobians.
+
+        They cost a third of their own runs or less. States are those of the first in all of them.
+        """
+        return self._run(p, [self.noise, *noises], [], None)
+
+    def _run(self, p: Array, noises: Sequence[Noise], which: Sequence[int], weight: Array | None) -> list[Pass]:
+        s, first = self.signals, noises[0]
+        count, m, n = len(s.y), s.y.shape[1], len(self.kernel.states)
         whole = np.ones((count, len(which))) if weight is None else weight
         own, u, slope, steps, parts = self._driven(p)
-        rows = count * parts
-        e, variances = np.zeros((rows, m)), np.ones((rows, m))
-        slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(noise.decay)))
-        loss = run(
-            *self._rates, *self._outputs, u, slope, _between(s.y, parts), steps, own, which,
-            np.ascontiguousarray(np.repeat(whole, parts, axis=0)), noise.r, s.index,
-            np.ascontiguousarray(noise.directions), noise.decay, noise.power, self._start, self._spread,
-            self.substeps, len(self.kernel.outputs), e, variances, slopes, states,
+        rows, filters = count * parts, len(noises)
+        loss, e, variances = np.zeros(filters), np.zeros((filters, rows, m)), np.ones((filters, rows, m))
+        slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(first.decay)))
+        r, decay, power = (np.stack([getattr(each, of) for each in noises]) for of in ("r", "decay", "power"))
+        run(
+            *self._rates, *self._outputs, u, slope, _between(s.y, parts), steps, own, np.array(which, np.int64),
+            np.ascontiguousarray(np.repeat(whole, parts, axis=0)), r, s.index,
+            np.ascontiguousarray(first.directions), decay, power, self._start, self._spread,
+            self.substeps, len(self.kernel.outputs), loss, e, variances, slopes, states,
         )  # fmt: skip
-        done = Pass(float(loss), *(values[::parts] for values in (e, variances, slopes, states)))
-        return done if not any(late) else replace(done, slopes=self._with_delays(p, names, late, done))
+        loss = np.where(np.isfinite(loss), loss, np.inf)
+        return [
+            Pass(float(loss[v]), *(values[::parts] for values in (e[v], variances[v], slopes, states)))
+            for v in range(filters)
+        ]
 
     def _with_delays(self, p: Array, names: Sequence[str], late: Sequence[bool], done: Pass) -> Array:
         """Sensitivities with those by delays among them, which are difference quotients."""
@@ -133,15 +148,15 @@ class FilterBench:
         """(stop - first, m) what the channels would show from state ``start`` (n,) at sample ``first`` on."""
         s, n, m = self.signals, len(self.kernel.states), self.signals.y.shape[1]
         own, u, slope, steps, parts = self._driven(p)
-        here, rows, none = slice(first * parts, stop * parts), (stop - first) * parts, np.zeros(0)
-        e, variances, slopes = np.zeros((rows, m)), np.ones((rows, m)), np.zeros((rows, m, 0))
+        here, rows, none = slice(first * parts, stop * parts), (stop - first) * parts, np.zeros((1, 0))
+        e, variances, slopes = np.zeros((1, rows, m)), np.ones((1, rows, m)), np.zeros((rows, m, 0))
         run(
             *self._rates, *self._outputs, u[here], slope[here], _between(np.zeros((stop - first, m)), parts),
-            steps[here], own, np.zeros(0, dtype=np.int64), np.zeros((rows, 0)), np.full(m, DEAF), s.index,
+            steps[here], own, np.zeros(0, dtype=np.int64), np.zeros((rows, 0)), np.full((1, m), DEAF), s.index,
             np.zeros((len(own), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
-            e, variances, slopes, np.zeros((rows, n)),
+            np.zeros(1), e, variances, slopes, np.zeros((rows, n)),
         )  # fmt: skip
-        return -e[::parts]  # of measurements that are zero, and move nothing
+        return -e[0, ::parts]  # of measurements that are zero, and move nothing
 
     def _driven(self, p: Array) -> tuple[Array, Array, Array, Array, int]:
         """The kernel's own parameters; inputs, their slopes and steps; into how many parts steps are cut.

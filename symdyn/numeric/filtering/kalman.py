@@ -7,6 +7,7 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.transition import product, room, transition
+from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -23,8 +24,16 @@ _to_vector = types.FunctionType(types.none(_vector, _vector, _vector, _vector))
 _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
 
 
+@compiled
+def _begin(cov: Array, p0: Array, power: Array, n: int) -> None:
+    cov[:] = 0.0
+    cov[:n, :n] = p0
+    for i in range(len(power)):
+        cov[n + i, n + i] = power[i]
+
+
 @njit(
-    types.float64(
+    types.void(
         *(
             _to_vector,
             _to_matrix,
@@ -33,10 +42,10 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
         ),  # rate of the state, its derivatives by state, input, parameters
         *(_to_vector, _to_matrix, _to_matrix),  # outputs, their derivatives by state and parameters
         *(_matrix, _matrix, _matrix, _vector),  # inputs, their slopes, measurements, steps
-        *(_vector, _counts, _matrix, _vector),  # parameters, by which is differentiated, how far, signals' variances
-        *(_counts, _matrix, _vector, _vector),  # measured signals, latent directions, their decay rates and variances
+        *(_vector, _counts, _matrix, _matrix),  # parameters, by which is differentiated, how far, signals' variances
+        *(_counts, _matrix, _matrix, _matrix),  # measured signals, latent directions, their decay rates and variances
         *(_vector, _matrix, types.int64, types.int64),  # start, its covariance, substeps, how many outputs
-        *(_matrix, _matrix, _cube, _matrix),  # innovations, variances, sensitivities, states
+        *(_vector, _cube, _cube, _cube, _matrix),  # -log L, innovations, variances, sensitivities, states
     ),
     cache=True,
     nogil=True,
@@ -66,23 +75,29 @@ def run(  # type: ignore[no-untyped-def]
     p0,
     substeps,
     outputs,
+    loss,
     e,
     s,
     de,
     xs,
 ):
-    """Extended Kalman filter over a recording; returns -log L up to a constant. All arrays C-contiguous.
+    """Extended Kalman filter over a recording, its -log L up to a constant. All arrays C-contiguous.
 
-    State z = [x, w]: w (l,) are latent forces, Ornstein-Uhlenbeck processes along ``latent`` (np, l) in
-    the space of parameters. Measurement c shows state ``signals[c]``, or output ``signals[c] - n``. A
-    measurement that is nan is left out; a step that is not finite starts the state anew.
+    State z = [x, w]: w (l,) are latent forces, Ornstein-Uhlenbeck processes along ``latent`` (np, l) in the space of
+    parameters: of offsets, whose effect on the machine changes no sooner than its Jacobian. Measurement c shows state
+    ``signals[c]``, or output ``signals[c] - n``. A measurement that is nan is left out; a step that is not finite
+    starts the state anew.
+
+    ``r`` (v, m), ``decay`` and ``power`` (v, l) are one filter in each row, each with its own state. The others share
+    the Jacobians and the steps of the first: that is most of the work, and right for noise that is nearly the same.
+
     Sensitivities (d innovation / d p) take the gains as given (Ljung 1999, ch. 10: pseudo-linear regression);
     ``weight`` (N, q) is how far a parameter goes along in each step: a force with a course of its own is one, too.
     """
-    n, nu, nl, m, q, count = len(x0), u.shape[1], len(decay), y.shape[1], len(which), len(y)
+    n, nu, nl, m, q, count, filters = len(x0), u.shape[1], latent.shape[1], y.shape[1], len(which), len(y), len(r)
     nz, na = n + nl, n + nu
     wide, wide_z, wide_q = room(na), room(nz), room(q)
-    x, w = x0.copy(), np.zeros(nl)
+    x, w, kept = np.zeros((filters, n)), np.zeros((filters, nl)), np.zeros((filters, nl))
     rate, out = np.zeros(n), np.zeros(outputs)
     a_old, c_all = np.full((na, na), np.nan), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
@@ -99,102 +114,101 @@ def run(  # type: ignore[no-untyped-def]
         np.zeros((wide, wide_q)),
         np.zeros((wide_z, wide_q)),
     )
-    cov, phi, work, turned = (
-        np.zeros((wide_z, wide_z)),
-        np.zeros((wide_z, wide_z)),
-        np.zeros((wide_z, wide_z)),
-        np.zeros((wide_z, wide_z)),
-    )
-    row, gain = np.zeros(nz), np.zeros(nz)
-    total, h_old = 0.0, -1.0
-    gains, spread, predicted = np.zeros((m, nz)), np.zeros(m), np.zeros(nz)
-    steady = False  # gains as in the step before: neither the machine nor its covariance changed
-    cov[:n, :n] = p0
-    for i in range(nl):
-        cov[n + i, n + i] = power[i]
+    phi, work, turned = np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z))
+    row, shown, h_old = np.zeros(nz), np.zeros(n), -1.0
+    covs, gains, spread = np.zeros((filters, wide_z, wide_z)), np.zeros((filters, m, nz)), np.zeros((filters, m))
+    predicted = np.zeros((filters, nz))
+    steady = np.zeros(filters, dtype=np.bool_)  # gains as before: neither the machine nor its covariance changed
+    for v in range(filters):
+        loss[v] = 0.0
+        x[v] = x0
+        _begin(covs[v], p0, power[v], n)
     for k in range(count):
         # what was measured
-        if len(out):
-            g(x, u[k], p, out)
-            g_x(x, u[k], p, c_all)
-            if q:
-                g_p(x, u[k], p, outputs_by_p)
-        shown = x.copy()
-        for c in range(m):
-            if np.isnan(y[k, c]):
-                e[k, c], s[k, c] = 0.0, 1.0
-                for j in range(q):
-                    de[k, c, j] = 0.0
-                steady = False
-                continue
-            index = signals[c]
-            if index < n:
-                for i in range(nz):
-                    row[i] = 1.0 if i == index else 0.0
-                value = x[index]
-            else:
-                value = out[index - n]
-                for i in range(n):
-                    row[i] = c_all[index - n, i]
-                    value += row[i] * (x[i] - shown[i])
-                for i in range(n, nz):
-                    row[i] = 0.0
-            if steady:
-                gain[:] = gains[c]
-                variance = spread[c]
-            else:
-                variance = r[c]
-                for i in range(nz):
-                    gain[i] = 0.0
-                    for j in range(nz):
-                        gain[i] += cov[i, j] * row[j]
-                    variance += row[i] * gain[i]
-                variance = max(variance, r[c])  # rounding may make a covariance of nearly nothing negative
-                gains[c] = gain
-                spread[c] = variance
-            innovation = y[k, c] - value
-            e[k, c], s[k, c] = innovation, variance
-            total += 0.5 * (innovation * innovation / variance + np.log(variance))
-            for j in range(q):
-                slope = outputs_by_p[index - n, which[j]] if index >= n else 0.0
-                for i in range(n):
-                    slope += row[i] * dz[i, j]
-                de[k, c, j] = -slope
-            for i in range(nz):
-                part = gain[i] / variance
-                if i < n:
-                    x[i] += part * innovation
+        for v in range(filters):
+            here, cov = x[v], covs[v]
+            if len(out):
+                g(here, u[k], p, out)
+                if v == 0:
+                    g_x(here, u[k], p, c_all)
+                    if q:
+                        g_p(here, u[k], p, outputs_by_p)
+            shown[:] = here
+            for c in range(m):
+                if np.isnan(y[k, c]):
+                    e[v, k, c], s[v, k, c] = 0.0, 1.0
+                    if v == 0:
+                        for j in range(q):
+                            de[k, c, j] = 0.0
+                    steady[v] = False
+                    continue
+                index, gain = signals[c], gains[v, c]
+                if index < n:
+                    for i in range(nz):
+                        row[i] = 1.0 if i == index else 0.0
+                    value = here[index]
                 else:
-                    w[i - n] += part * innovation
-                for j in range(q):
-                    dz[i, j] += part * de[k, c, j]
-                if not steady:
+                    value = out[index - n]
+                    for i in range(n):
+                        row[i] = c_all[index - n, i]
+                        value += row[i] * (here[i] - shown[i])
+                    for i in range(n, nz):
+                        row[i] = 0.0
+                if not steady[v]:
+                    gain[:] = 0.0
                     for j in range(nz):
-                        cov[i, j] -= part * gain[j]
+                        if row[j] != 0.0:  # most channels show one state
+                            for i in range(nz):
+                                gain[i] += cov[j, i] * row[j]
+                    variance = r[v, c]
+                    for i in range(nz):
+                        variance += row[i] * gain[i]
+                    # rounding may make a covariance of nearly nothing negative
+                    spread[v, c] = max(variance, r[v, c])
+                variance = spread[v, c]
+                innovation = y[k, c] - value
+                e[v, k, c], s[v, k, c] = innovation, variance
+                loss[v] += 0.5 * (innovation * innovation / variance + np.log(variance))
+                if v == 0:
+                    for j in range(q):
+                        slope = outputs_by_p[index - n, which[j]] if index >= n else 0.0
+                        for i in range(n):
+                            slope += row[i] * dz[i, j]
+                        de[k, c, j] = -slope
+                for i in range(nz):
+                    part = gain[i] / variance
+                    if i < n:
+                        here[i] += part * innovation
+                    else:
+                        w[v, i - n] += part * innovation
+                    if v == 0:
+                        for j in range(q):
+                            dz[i, j] += part * de[k, c, j]
+                    if not steady[v]:
+                        for j in range(nz):
+                            cov[i, j] -= part * gain[j]
         for i in range(nz):
-            xs[k, i] = x[i] if i < n else w[i - n]
+            xs[k, i] = x[0, i] if i < n else w[0, i - n]
         if k + 1 == count:
             break
         # the way to the next sample
         if not np.isfinite(steps[k]):
-            steady = False
-            cov[:] = 0.0
-            cov[:n, :n] = p0
+            steady[:] = False
             dz[:] = 0.0
-            for i in range(nl):
-                cov[n + i, n + i] = power[i]
-            for c in range(m):
-                if signals[c] < n and not np.isnan(y[k + 1, c]):
-                    x[signals[c]] = y[k + 1, c]
+            for v in range(filters):
+                _begin(covs[v], p0, power[v], n)
+                for c in range(m):
+                    if signals[c] < n and not np.isnan(y[k + 1, c]):
+                        x[v, signals[c]] = y[k + 1, c]
             continue
         pieces, piece = substeps, 0
         h = steps[k] / pieces
         control[:] = u[k]
         unchanged = True
         while piece < pieces:
-            f(x, control, p, rate)
-            f_x(x, control, p, by_x)
-            f_u(x, control, p, by_u)
+            f(x[0], control, p, rate)
+            f_x(x[0], control, p, by_x)
+            f_u(x[0], control, p, by_u)
             same, tolerance = h == h_old, ALIKE if pieces == substeps else NEARLY
             for i in range(n):
                 for j in range(na):
@@ -202,14 +216,12 @@ def run(  # type: ignore[no-untyped-def]
                     if not abs(a[i, j] - a_old[i, j]) <= tolerance * abs(a_old[i, j]):
                         same = False
             if not same:
-                unchanged = False
                 transition(a, na, h, q > 0, change, integral, ramp, term, space)
                 a_old[:] = a[:na, :na]
-                h_old = h
             if piece == 0 and pieces == substeps:
                 # a kink on the way (friction turns, a flank touches) shows in the rate at the end
                 for i in range(n):
-                    there[i] = x[i]
+                    there[i] = x[0, i]
                     for j in range(n):
                         there[i] += integral[i, j] * rate[j]
                     for j in range(nu):
@@ -221,44 +233,58 @@ def run(  # type: ignore[no-untyped-def]
                     expected = rate[i]
                     usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
                     for j in range(n):
-                        expected += by_x[i, j] * (there[j] - x[j])
+                        expected += by_x[i, j] * (there[j] - x[0, j])
                     for j in range(nu):
                         expected += by_u[i, j] * h * slope_u[k, j]
                     if abs(arrived[i] - expected) > KINK * usual[i]:
                         pieces = substeps * FINE
                 if pieces != substeps:
-                    h = steps[k] / pieces
-                    unchanged = False
+                    h, same = steps[k] / pieces, False
                     transition(a, na, h, q > 0, change, integral, ramp, term, space)
-                    h_old = h
-            if steady and not unchanged:  # what was left out while nothing changed
-                for c in range(m):
-                    for i in range(nz):
-                        for j in range(nz):
-                            cov[i, j] -= gains[c, i] * gains[c, j] / spread[c]
-                steady = False
+            if not same:
+                unchanged, h_old = False, h
+                for v in range(filters):
+                    if steady[v]:  # what was left out while nothing changed
+                        steady[v] = False
+                        for c in range(m):
+                            for i in range(nz):
+                                for j in range(nz):
+                                    covs[v, i, j] -= gains[v, c, i] * gains[v, c, j] / spread[v, c]
+                    for j in range(nl):
+                        kept[v, j] = np.exp(-decay[v, j] * h)
             piece += 1
-            if nl or q:
-                f_p(x, control, p, by_p)
-            if nl:
+            if q or (nl and not same):
+                f_p(x[0], control, p, by_p)
+            if not same:  # else what a force does to the machine is as before, too
                 for i in range(n):
                     for j in range(nl):
                         force[i, j] = 0.0
                         for c in pushes:
                             force[i, j] += by_p[i, c] * latent[c, j]
-                product(integral, force, n, n, forced)
+                if nl:
+                    product(integral, force, n, n, forced)
+                for i in range(n):
+                    for j in range(n):
+                        phi[i, j] = change[i, j] + (1.0 if i == j else 0.0)
+                    for j in range(nl):
+                        phi[i, n + j] = forced[i, j]
+            for v in range(filters):
+                if v:
+                    f(x[v], control, p, rate)
                 for i in range(n):
                     for j in range(nl):
-                        rate[i] += force[i, j] * w[j]
-            for i in range(n):
-                for j in range(n):
-                    x[i] += integral[i, j] * rate[j]
-                for j in range(nu):
-                    x[i] += integral[i, n + j] * slope_u[k, j]
+                        rate[i] += force[i, j] * w[v, j]
+                for i in range(n):
+                    for j in range(n):
+                        x[v, i] += integral[i, j] * rate[j]
+                    for j in range(nu):
+                        x[v, i] += integral[i, n + j] * slope_u[k, j]
+                for j in range(nl):
+                    w[v, j] *= kept[v, j]
             for j in range(nu):
                 control[j] += h * slope_u[k, j]
             if q:  # what a parameter adds to the rate goes straight from its value here to that at the end
-                f_p(x, control, p, by_p_there)
+                f_p(x[0], control, p, by_p_there)
                 for i in range(n):
                     for j in range(q):
                         source[i, j] = weight[k, j] * by_p[i, which[j]]
@@ -277,37 +303,35 @@ def run(  # type: ignore[no-untyped-def]
                 for i in range(n):
                     for j in range(q):
                         dz[i, j] += moved[i, j]
-            for j in range(nl):
-                kept = np.exp(-decay[j] * h)
-                w[j] *= kept
-                for i in range(q):
-                    dz[n + j, i] *= kept
-            if steady:
-                continue
-            for i in range(n):
-                for j in range(n):
-                    phi[i, j] = change[i, j] + (1.0 if i == j else 0.0)
                 for j in range(nl):
-                    phi[i, n + j] = forced[i, j]
-            for j in range(nl):
-                phi[n + j, n + j] = np.exp(-decay[j] * h)
-            product(phi, cov, nz, nz, work)
+                    for i in range(q):
+                        dz[n + j, i] *= kept[0, j]
+            for v in range(filters):
+                if steady[v]:
+                    continue
+                cov = covs[v]
+                for j in range(nl):
+                    phi[n + j, n + j] = kept[v, j]
+                product(phi, cov, nz, nz, work)
+                for i in range(nz):
+                    for j in range(nz):
+                        turned[j, i] = work[i, j]
+                product(phi, turned, nz, nz, cov)
+                for i in range(nz):
+                    for j in range(i):
+                        cov[i, j] = cov[j, i]
+                for j in range(nl):
+                    cov[n + j, n + j] += power[v, j] * (1.0 - kept[v, j] * kept[v, j])
+        for v in range(filters):
+            if not steady[v] and unchanged:
+                steady[v] = True
+                for i in range(nz):
+                    if abs(covs[v, i, i] - predicted[v, i]) > STEADY * covs[v, i, i]:
+                        steady[v] = False
             for i in range(nz):
-                for j in range(nz):
-                    turned[j, i] = work[i, j]
-            product(phi, turned, nz, nz, cov)
-            for i in range(nz):
-                for j in range(i):
-                    cov[i, j] = cov[j, i]
-            for j in range(nl):
-                cov[n + j, n + j] += power[j] * (1.0 - np.exp(-2.0 * decay[j] * h))
-        if not steady and unchanged:
-            steady = True
-            for i in range(nz):
-                if abs(cov[i, i] - predicted[i]) > STEADY * cov[i, i]:
-                    steady = False
-        for i in range(nz):
-            predicted[i] = cov[i, i]
-        if not np.all(np.isfinite(x)):
-            return np.inf
-    return total
+                predicted[v, i] = covs[v, i, i]
+            if not np.all(np.isfinite(x[v])):
+                loss[v] = np.inf
+                if v == 0:
+                    loss[:] = np.inf
+                    return

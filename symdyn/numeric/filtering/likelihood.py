@@ -83,10 +83,11 @@ def fit(bench: FilterBench, p: Array, beliefs: Beliefs, *, settled: float = SETT
     bench = _scaled(bench, p)
     loss, damping = bench.filtered(p).loss + _penalty(bench, p, beliefs), FIRST_DAMPING
     of_parameters, of_noise = names, True  # whose turn it is
+    off = None
     for _ in range(most):
         before = loss
         if of_parameters:
-            p, loss, damping = _parameter_step(bench, p, beliefs, loss, damping)
+            p, loss, damping, off = _parameter_step(bench, p, beliefs, (loss, damping), off)
         between = loss
         if of_noise:
             prior = _penalty(bench, p, beliefs)
@@ -121,25 +122,28 @@ def _penalty(bench: FilterBench, p: Array, beliefs: Beliefs) -> float:
 
 
 def _parameter_step(
-    bench: FilterBench, p: Array, beliefs: Beliefs, loss: float, damping: float
-) -> tuple[Array, float, float]:
-    """One step of Levenberg and Marquardt within bounds: (parameters, loss, damping for the next one).
+    bench: FilterBench, p: Array, beliefs: Beliefs, at: tuple[float, float], off: tuple[Array, Array] | None
+) -> tuple[Array, float, float, tuple[Array, Array] | None]:
+    """One step of Levenberg and Marquardt within bounds: (parameters, loss, damping for the next one, ``off``).
 
     Where friction jumps within a step of the filter, the innovations' slopes may point elsewhere. Where they promise a
-    gain and lead to none, differences take their place.
+    gain and lead to none, differences take their place; how far ``off`` the slopes were is remembered for later steps.
     """
+    loss, damping = at
     where = [bench.index[name] for name in beliefs]
     known = tuple(beliefs.values())
     done = bench.filtered(p, tuple(beliefs))
     columns = _columns(done, p, where, known)
     if not np.all(np.isfinite(columns)):  # on the way to infinity: nothing is known of a better direction
-        return p, loss, damping
+        return p, loss, damping, off
     slope = columns.T @ done.white.ravel()
-    found, promised = _lower(bench, p, beliefs, (loss, damping), columns, slope)
+    corrected = (columns, slope) if off is None else (columns + off[0], slope + off[1])
+    found, promised = _lower(bench, p, beliefs, at, *corrected)
     if promised > SETTLED and (found is None or loss - found[1] < SETTLED):
-        columns, slope = _by_differences(bench, p, beliefs, done, columns)
-        found = _lower(bench, p, beliefs, (loss, FIRST_DAMPING), columns, slope)[0] or found
-    return found or (p, loss, 1.0)
+        better = _by_differences(bench, p, beliefs, done, columns)
+        off = better[0] - columns, better[1] - slope
+        found = _lower(bench, p, beliefs, (loss, FIRST_DAMPING), *better)[0] or found
+    return *(found or (p, loss, 1.0)), off
 
 
 def _lower(
@@ -228,11 +232,12 @@ def _noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench,
     lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
     upper = np.concatenate([np.full(len(noise.r) + forces, np.inf), np.full(forces, shortest)])
     lower, upper = np.log(lower), np.log(upper)
-    here = bench.filtered(p)
     m = len(noise.r)
     free = np.flatnonzero(upper > lower)
-    probes = [bench.with_noise(_noise(noise, values + PROBE * unit, m)) for unit in np.eye(len(values))[free]]
-    runs = side_by_side(lambda probe: probe.filtered(p), probes)
+    probes = [_noise(noise, values + PROBE * unit, m) for unit in np.eye(len(values))[free]]
+    halves = side_by_side(lambda half: bench.beside(p, half), (probes[::2], probes[1::2]))
+    here, runs = halves[0][0], [run for half in halves for run in half[1:]]
+    free = np.concatenate([free[::2], free[1::2]])
     sound = np.array([np.isfinite(there.loss) for there in runs], dtype=bool)  # a covariance may not stay positive
     if not np.isfinite(here.loss) or not sound.any():
         return bench, loss

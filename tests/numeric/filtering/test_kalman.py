@@ -165,3 +165,19 @@ def test_a_force_with_a_course_of_its_own_is_a_parameter_that_changes(kernel: Ke
     np.testing.assert_allclose(parts.sum(axis=2), whole[:, :, 0], rtol=1e-9, atol=1e-12 * np.abs(whole).max())
     assert not parts[:150, :, 1].any()
     assert parts[:150, :, 0].any()
+
+
+@pytest.mark.parametrize(("forces", "near"), [(0, 1e-9), (1, 1e-2)])
+def test_filters_side_by_side_are_those_that_run_alone(kernel: Kernel, forces: int, near: float) -> None:
+    """A linear machine has one Jacobian, so sharing it loses nothing; the force here grows with the first's current."""
+    bench, p = FilterBench(kernel, made(kernel), noise(kernel, forces)), linear(kernel)
+    own = bench.noise
+    others = [replace(own, r=2.0 * own.r), replace(own, power=30.0 * own.power, decay=2.0 * own.decay)]
+    found = bench.beside(p, others)
+    for each, beside in zip((own, *others), found, strict=True):
+        alone = bench.with_noise(each).filtered(p)
+        assert beside.loss == pytest.approx(alone.loss, rel=near)
+        assert np.linalg.norm(beside.innovations - alone.innovations) < near * np.linalg.norm(alone.innovations)
+        assert np.linalg.norm(beside.variances - alone.variances) < near * np.linalg.norm(alone.variances)
+    for other in found[1 : 2 + forces]:
+        assert np.max(np.abs(other.variances / found[0].variances - 1.0)) > 0.1
