@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 DEAF = 1e30  # variance of a measurement that a filter does not listen to
 SHIFT = 0.05  # of a step, for the difference quotient of a delay
+FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
 BENT = 1e-2  # of the travel: what a hidden displacement may be at the start
 
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.explain import WORTH, Explanation
+from symdyn.numeric.filtering.explain import ROUGH, ROUNDS, WORTH, Explanation
 from symdyn.numeric.filtering.hypotheses import kept
-from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Model
 from symdyn.numeric.filtering.when import when
@@ -133,7 +133,9 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
     noise = final.fit.bench.noise
     if len(noise.power) == noise.inputs:
         return Remaining(after.heldout, False, 0.0, None, 1.0)
-    none = fit(final.fit.bench.with_noise(noise.quiet), final.fit.p, final.beliefs)
+    rounds = ITERATIONS if beyond > SHARE else ROUNDS  # the verdict does not hang on it
+    quiet = final.fit.bench.with_noise(noise.quiet)
+    none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds, off=final.fit.off)
     gain = none.loss - final.fit.loss
     structured = bool(gain > WORTH and beyond > SHARE)
     return Remaining(

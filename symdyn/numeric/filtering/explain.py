@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
 from symdyn.numeric.filtering.late import absorbing, late, put_back
-from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
+from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.places import same_place
@@ -34,7 +35,7 @@ TRIED = 5  # hypotheses that are fitted in full at each turn
 TURNS = 2  # of such fits: where the most promising do not earn their place, the next ones may
 PROMISING = 0.2  # of the largest expected gain: what promises less is not fitted
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of what a score test expects: where such a fit may start
-ROUNDS = 6  # of a fit that only sorts
+ROUGH, ROUNDS = 2.0, 6  # nats and rounds of a fit that only sorts
 LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
 
@@ -104,7 +105,11 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     if candidate.effect == DELAY and set(suspects) & model.electrical:
         starts[1:] = [late(current, starts[0], candidate.parameter(candidate.linear[0]))]
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
-    return min(side_by_side(lambda p: fit(bench, p, beliefs, most=ROUNDS), starts), key=lambda fitted: fitted.loss)
+
+    def roughly(p: Array) -> MLFit:
+        return fit(bench, p, beliefs, settled=ROUGH, most=ROUNDS, off=current.fit.off)
+
+    return min(side_by_side(roughly, starts), key=lambda fitted: fitted.loss)
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -115,7 +120,7 @@ def without_effect(model: Model, current: Explanation, item: tuple[Candidate, fl
         p[index[name]] = model.values[index[name]]
     beliefs = {name: belief for name, belief in current.beliefs.items() if name not in names}
     rest = tuple(other for other in current.found if other is not item)
-    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs))
+    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs, off=current.fit.off))
 
 
 def remembered(of: Explanation) -> tuple[Candidate, ...]:
@@ -198,7 +203,7 @@ def _fitted(model: Model, current: Explanation, promising: Sequence[Score], prog
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
         found = (*current.found, (score.candidate, score.shape))
-        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
+        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs, off=fitted.off))
         return Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after))
 
     rough = list(zip(promising, side_by_side(roughly, promising), strict=True))

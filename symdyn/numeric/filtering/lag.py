@@ -9,9 +9,10 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
 from symdyn.numeric.filtering.gears import TACHOMETER
-from symdyn.numeric.filtering.likelihood import fit, untold
+from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import Lagging, Model, carried, prepare
 from symdyn.numeric.filtering.score import Left
 from symdyn.numeric.recording import Recording

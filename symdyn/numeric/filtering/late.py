@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit
+from symdyn.numeric.filtering.beliefs import Beliefs
+from symdyn.numeric.filtering.likelihood import MLFit, fit
 
 Array = NDArray[np.float64]
 

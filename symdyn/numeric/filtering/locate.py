@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from symdyn.numeric.filtering.bench import Noise
+from symdyn.numeric.filtering.bench import FilterBench, Noise
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, natural_force, with_latent, without_latent
 from symdyn.numeric.filtering.places import Latent
@@ -51,10 +51,10 @@ def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[
     for i, (latent, rough) in enumerate(fits):
         if rough.loss - best.loss < NEAR:
             progress(f"an unknown force at {latent.place}, closer")
-            fits[i] = latent, fit(rough.bench, rough.p, model.beliefs, settled=ROUGH, most=ROUNDS)
+            fits[i] = latent, _closer(rough.bench, rough, model)
     progress("no unknown force")
     best = min(fits, key=lambda item: item[1].loss)[1]
-    none = fit(best.bench.with_noise(best.bench.noise.quiet), best.p, model.beliefs, settled=ROUGH, most=ROUNDS)
+    none = _closer(best.bench.with_noise(best.bench.noise.quiet), best, model)
     places = tuple(Place(latent, done, none.loss - done.loss) for latent, done in fits)
     return none, tuple(sorted(places, key=lambda place: -place.gain))
 
@@ -81,6 +81,10 @@ def certainly_apart(first: Array, second: Array) -> bool:
         return False
     spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
     return abs(mean) > APART * spread
+
+
+def _closer(bench: FilterBench, start: MLFit, model: Model) -> MLFit:
+    return fit(bench, start.p, model.beliefs, settled=ROUGH, most=ROUNDS, off=start.off)
 
 
 def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool, most: int = ROUNDS) -> MLFit:

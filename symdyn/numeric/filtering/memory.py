@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.beliefs import Beliefs, untold
 from symdyn.numeric.filtering.explain import (
     Explanation,
     Found,
@@ -19,7 +20,7 @@ from symdyn.numeric.filtering.explain import (
     remembered,
 )
 from symdyn.numeric.filtering.hypotheses import memories, without_memory
-from symdyn.numeric.filtering.likelihood import Beliefs, MLFit, fit, untold
+from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, carried, prepare
 from symdyn.numeric.filtering.places import Latent

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
-from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.beliefs import Belief, Beliefs
+from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise
 from symdyn.numeric.filtering.gears import joint_of, number, usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
-from symdyn.numeric.filtering.likelihood import FASTEST, Belief, Beliefs
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.recording import Recording

@@ -9,8 +9,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
-from symdyn.numeric.filtering.likelihood import MLFit, fit, untold
+from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
 from symdyn.numeric.filtering.model import Freed, Lagging, Model, natural_force, prepare, with_latent, without_latent
 from symdyn.numeric.recording import Recording

@@ -1,0 +1,78 @@
+"""One step of Fisher scoring on the noise of a filter: of its sensors, and of the forces that nothing is known of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise
+from symdyn.numeric.filtering.side_by_side import side_by_side
+
+Array = NDArray[np.float64]
+
+PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
+LONGEST = 2.0  # step of such a logarithm
+FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
+
+
+def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, float]:
+    noise = bench.noise
+    values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
+    step = float(np.nanmedian(bench.signals.steps))
+    forces = len(noise.power)
+    longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
+    slowest = np.where(np.arange(forces) < noise.inputs, shortest, longest)
+    lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
+    upper = np.concatenate([np.full(len(noise.r) + forces, np.inf), np.full(forces, shortest)])
+    lower, upper = np.log(lower), np.log(upper)
+    m = len(noise.r)
+    free = np.flatnonzero(upper > lower)
+    probes = [_noise(noise, values + PROBE * unit, m) for unit in np.eye(len(values))[free]]
+    halves = side_by_side(lambda half: bench.beside(p, half), (probes[::2], probes[1::2]))
+    here, runs = halves[0][0], [run for half in halves for run in half[1:]]
+    free = np.concatenate([free[::2], free[1::2]])
+    sound = np.array([np.isfinite(there.loss) for there in runs], dtype=bool)  # a covariance may not stay positive
+    if not np.isfinite(here.loss) or not sound.any():
+        return bench, loss
+    free, runs = free[sound], [there for there, good in zip(runs, sound, strict=True) if good]
+    gradient = np.array([(there.loss - here.loss) / PROBE for there in runs])
+    s = np.array([(np.log(there.variances) - np.log(here.variances)).ravel() / PROBE for there in runs])
+    d = np.array([((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs])
+    fisher = 0.5 * s @ s.T + d @ d.T
+    fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
+    # half the probe off: the quotient is that of the middle
+    change = np.zeros(len(values))
+    change[free] = np.clip(-np.linalg.solve(fisher, gradient - 0.5 * PROBE * np.diag(fisher)), -LONGEST, LONGEST)
+    factor = 1.0
+    while factor > 0.05:
+        moved = np.clip(values + factor * change, lower, upper)
+        trial = bench.with_noise(_noise(noise, moved, m))
+        found = trial.filtered(p).loss
+        if found < loss:
+            return _farther(trial, p, change, lower, found)
+        factor /= 3.0
+    return bench, loss
+
+
+def _farther(bench: FilterBench, p: Array, change: Array, lower: Array, loss: float) -> tuple[FilterBench, float]:
+    """Variances that fell far go on falling, twice as far each time, as long as that pays."""
+    noise, m = bench.noise, len(bench.noise.r)
+    values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
+    falling = np.where((change < -FALLING) & (np.arange(len(change)) < m + len(noise.power)), change, 0.0)
+    while falling.any():
+        values = np.maximum(values + falling, lower)
+        trial = bench.with_noise(_noise(noise, values, m))
+        found = trial.filtered(p).loss
+        if not found < loss:
+            break
+        bench, loss, falling = trial, found, 2.0 * falling
+    return bench, loss
+
+
+def _noise(noise: Noise, logs: Array, m: int) -> Noise:
+    values = np.exp(logs)
+    forces = len(noise.power)
+    r, power, decay = values[:m].copy(), values[m : m + forces].copy(), values[m + forces :].copy()
+    return replace(noise, r=r, power=power, decay=decay)
