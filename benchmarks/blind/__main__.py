@@ -16,10 +16,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from benchmarks.blind.cases import GROUPS, MACHINES, Case, all_cases
-from benchmarks.blind.report import PLOT, write_report
+from benchmarks.blind.report import PLOT, SCORES, write_report
 from benchmarks.blind.run import Setting, kept, run_all
 from benchmarks.blind.sensors import LEVELS
-from benchmarks.blind.summary import scored
+from benchmarks.blind.summary import joined, read_scores, scored
 from benchmarks.blind.tool import DIAGNOSE
 from symdyn.numeric.executor import Executor
 
@@ -42,10 +42,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if not options.report_only:
         executor = Executor(options.jobs, options.scheduler, store)
         run_all(cases, setting, executor, lambda text: print(text, file=sys.stderr, flush=True))
-    text = write_report(scored(kept(cases, setting, store)), options.out, command)
+    earlier = read_scores(options.add.read_text(encoding="utf-8")) if options.add else []
+    text = write_report(joined(earlier, scored(kept(cases, setting, store))), options.out, command)
     if options.write is not None:
         options.write.write_text(HEADER + text, encoding="utf-8")
-        options.write.with_suffix(".svg").write_bytes((options.out / PLOT).read_bytes())
+        for suffix, name in ((".svg", PLOT), (".json", SCORES)):
+            options.write.with_suffix(suffix).write_bytes((options.out / name).read_bytes())
     print(text)
 
 
@@ -82,7 +84,10 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--no-oracle", action="store_true", help="do not fit the true structure for comparison")
     parser.add_argument("--list", action="store_true", help="only list the ids")
     parser.add_argument("--report-only", action="store_true", help="only write the tables of the records there are")
-    parser.add_argument("--write", type=Path, metavar="FILE.md", help="also write the tables there, the plot beside it")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE.md", help="also write the tables there, scores and plot beside it"
+    )
+    parser.add_argument("--add", type=Path, metavar="FILE.json", help="scores of other runs, to be counted along")
     return parser
 
 

@@ -13,13 +13,13 @@ from benchmarks.blind.plot import confusion_svg
 from benchmarks.blind.sensors import LEVELS
 from benchmarks.blind.summary import MEASURES, Scored, Share, confusion, kinds, measures
 
-PLOT = "results.svg"
+PLOT, SCORES = "results.svg", "results.json"
 
 
 def write_report(cases: Sequence[Scored], folder: Path, command: Sequence[str]) -> str:
     """``results.json``, ``results.md`` and the plot in a folder; returns the Markdown."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "results.json").write_text(json.dumps(facts(cases), indent=1) + "\n", encoding="utf-8")
+    (folder / SCORES).write_text(json.dumps(facts(cases), indent=1) + "\n", encoding="utf-8")
     (folder / PLOT).write_text(confusion_svg(confusion(cases)), encoding="utf-8")
     text = markdown(cases, command)
     (folder / "results.md").write_text(text, encoding="utf-8")
@@ -36,7 +36,15 @@ def facts(cases: Sequence[Scored]) -> dict[str, Any]:
         },
         "confusion": [[true, named, count] for (true, named), count in sorted(confusion(cases).items())],
         "cases": [
-            {"id": c.id, "machine": c.machine, "group": c.group, "level": c.level, **c.score.to_json()} for c in cases
+            {
+                "id": c.id,
+                "machine": c.machine,
+                "group": c.group,
+                "level": c.level,
+                "error": c.error,
+                **c.score.to_json(),
+            }
+            for c in cases
         ],
     }
 

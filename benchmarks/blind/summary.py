@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from statistics import median
 from typing import Any
 
@@ -63,6 +64,22 @@ def scored(records: Iterable[Mapping[str, Any]]) -> list[Scored]:
         )
         for r in records
     ]
+
+
+def read_scores(text: str) -> list[Scored]:
+    """What ``report.facts`` wrote of the cases of a run."""
+    found = []
+    for row in json.loads(text)["cases"]:
+        of_case = {field.name: row.pop(field.name) for field in fields(Scored) if field.name != "score"}
+        effects = tuple(Effect(**effect) for effect in row.pop("effects"))
+        found.append(Scored(**of_case, score=Score(**row, effects=effects)))
+    return found
+
+
+def joined(earlier: Iterable[Scored], later: Iterable[Scored]) -> list[Scored]:
+    """Cases of two runs, by their ids; of a case that is in both the later score."""
+    cases = {case.id: case for case in (*earlier, *later)}
+    return [cases[id_] for id_ in sorted(cases)]
 
 
 def _share(values: Iterable[bool]) -> Share:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from benchmarks.blind.report import facts, markdown
 from benchmarks.blind.score import score
-from benchmarks.blind.summary import Scored, Share, confusion, kinds
+from benchmarks.blind.summary import Scored, Share, confusion, joined, kinds, read_scores
 
 
 def plant(kind: str, place: str, *forms: dict[str, dict[str, float]], **more: Any) -> dict[str, Any]:
@@ -171,4 +173,7 @@ def test_the_tables_hold_every_case() -> None:
     assert "| unknown effects told as unexplained | - | - | 1/1 = 100 % (21 to 100) | >= 90 % |" in page
     assert "| unknown effects, told and nothing named | - | - | 1/1 = 100 % (21 to 100) |" in page
     assert "| six-joint | error: refused | 1 |" in page
-    assert len(facts(cases)["cases"]) == 4
+    told_again = read_scores(json.dumps(facts(cases)))
+    assert told_again == cases
+    better = replace(cases[3], score=silent, error="")
+    assert joined(told_again, [better]) == [*cases[:3], better]
