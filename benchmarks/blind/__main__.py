@@ -25,7 +25,7 @@ from symdyn.numeric.executor import Executor
 
 HEADER = """# Blind benchmark: results
 
-Written by `python -m benchmarks.blind --report-only --write docs/blind_results.md`; edits are lost. What is counted,
+Written by `python -m benchmarks.blind --report-only --write {}`; edits are lost. What is counted,
 and how, stands in [blind.md](blind.md).
 
 """
@@ -45,7 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     earlier = read_scores(options.add.read_text(encoding="utf-8")) if options.add else []
     text = write_report(joined(earlier, scored(kept(cases, setting, store))), options.out, command)
     if options.write is not None:
-        options.write.write_text(HEADER + text, encoding="utf-8")
+        page = HEADER.format(options.write) + text.replace(f"({PLOT})", f"({options.write.stem}.svg)")
+        options.write.write_text(page, encoding="utf-8")
         for suffix, name in ((".svg", PLOT), (".json", SCORES)):
             options.write.with_suffix(suffix).write_bytes((options.out / name).read_bytes())
     print(text)

@@ -59,7 +59,7 @@ def markdown(cases: Sequence[Scored], command: Sequence[str]) -> str:
     for machine in sorted({case.machine for case in cases}):
         part = [case for case in cases if case.machine == machine]
         parts += [f"## {machine}", _score_table(part, [x for x in levels if any(c.level == x for c in part)])]
-    parts += ["## By kind of effect", _kind_table(cases), "![confusion matrix](blind_results.svg)" if cases else ""]
+    parts += ["## By kind of effect", _kind_table(cases), f"![confusion matrix]({PLOT})" if cases else ""]
     parts += ["## Null cases and time", _time_table(cases), "## Answers that are not right", _wrong_table(cases)]
     parts += ["## No answer", _silent_table(cases)] if any(not case.score.answered for case in cases) else []
     return "\n\n".join(part for part in parts if part) + "\n"

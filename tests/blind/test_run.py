@@ -11,8 +11,10 @@ import pytest
 from benchmarks.blind.__main__ import chosen, main
 from benchmarks.blind.cases import all_cases, recordings
 from benchmarks.blind.plot import confusion_svg
+from benchmarks.blind.report import facts
 from benchmarks.blind.run import Setting, kept, run_all
-from benchmarks.blind.summary import confusion, scored
+from benchmarks.blind.score import score
+from benchmarks.blind.summary import Scored, confusion, scored
 from benchmarks.blind.tool import DIAGNOSE, ask
 from symdyn.numeric.executor import Executor
 
@@ -75,6 +77,14 @@ def test_the_command_line_lists_and_reports(tmp_path: Path, capsys: pytest.Captu
     main(["--cases", CASE, "--report-only", "--out", str(tmp_path)])
     assert capsys.readouterr().out.startswith("0 cases")
     assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["cases"] == []
+    page, scores = tmp_path / "page.md", tmp_path / "page.json"
+    case = Scored(CASE, "two-link", "null", "middle", score([], {"verdict": "complete"}, None, 2.0))
+    (tmp_path / "earlier.json").write_text(json.dumps(facts([case])), encoding="utf-8")
+    earlier = ["--add", str(tmp_path / "earlier.json"), "--write", str(page)]
+    main(["--cases", CASE, "--report-only", "--out", str(tmp_path), *earlier])
+    assert "![confusion matrix](page.svg)" in page.read_text(encoding="utf-8")
+    assert page.with_suffix(".svg").exists()
+    assert json.loads(scores.read_text(encoding="utf-8"))["cases"][0]["id"] == CASE
     with pytest.raises(SystemExit):
         main(["--machines", "tractor"])
 
