@@ -26,6 +26,7 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
 
 @compiled
 def _begin(cov: Array, p0: Array, power: Array, n: int) -> None:
+    """Covariance before the first sample, and after a gap: of the state, and of forces as they usually are."""
     cov[:] = 0.0
     cov[:n, :n] = p0
     for i in range(len(power)):

@@ -18,6 +18,10 @@ FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is f
 
 
 def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, float]:
+    """The filter with noise that lowers ``loss``, its -log L at parameters ``p`` (np,), and that; or both as they are.
+
+    Scoring is in logarithms of variances and decays, its slopes difference quotients.
+    """
     noise = bench.noise
     values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
     step = float(np.nanmedian(bench.signals.steps))

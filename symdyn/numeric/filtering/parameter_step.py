@@ -104,7 +104,7 @@ def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: 
 
 
 def _by_differences(bench: FilterBench, p: Array, beliefs: Beliefs, done: Pass, columns: Array) -> tuple[Array, Array]:
-    """Columns as ``_columns`` has them, and the slope of the likelihood: a run of the filter for each parameter."""
+    """What ``columns`` gives, and the slope of the likelihood: a run of the filter for each parameter."""
     length = np.linalg.norm(columns, axis=0)
     moved = DIFFERENCE * np.minimum(1.0, 1.0 / np.where(length > 0, length, 1.0))
     trials = []
