@@ -67,10 +67,10 @@ def _diagnose(
     given = case.explain()
     inquiry, open_ = Inquiry(setting, case, given, setting, case, given), revisions(setting)
     _refuse_late_efforts(inquiry, progress)
-    inquiry = _searched(inquiry, open_, progress)
+    inquiry = simplified(_searched(inquiry, open_, progress), progress)
     if band is None:
-        inquiry = _widened(inquiry, progress)
-    inquiry = _physical(_reexamined(simplified(inquiry, progress)))
+        inquiry = simplified(_widened(inquiry, progress), progress)
+    inquiry = _physical(_reexamined(inquiry))
     skew = check_skew(inquiry.first, inquiry.given, inquiry.case, inquiry.current)
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.explanation import LEVEL, Explanation, ready
-from symdyn.numeric.findings import Alternative
+from symdyn.numeric.findings import Alternative, Rival
 from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.revision import Revision
-from symdyn.numeric.search import Search, Trial, rank
+from symdyn.numeric.search import TIE, Search, Trial, rank
 
+Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 MAX_FINDINGS = 6  # per joint
@@ -28,9 +32,14 @@ class RevisionTrial:
     revision: Revision
     tried: int
     tests: int
-    loss: float
+    size: int  # how many numbers it brings
+    errors: Array  # (K, n)
     p_value: float  # of "no gain"
     matches: float  # of "the best effect explains no more"
+
+    @property
+    def loss(self) -> float:
+        return log_loss(self.errors)
 
 
 def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
@@ -105,14 +114,15 @@ def tried_revisions(
     found = []
     for revision in open_:
         progress(revision.label)
-        errors = [search.errors_with(columns) for columns in revision.columns(inquiry)]
+        columns = revision.columns(inquiry)
+        errors = [search.errors_with(each) for each in columns]
         losses = [log_loss(e) for e in errors]
         at = min(range(len(errors)), key=losses.__getitem__)
         gain, p_value = likelier(search.errors, errors[at])
         p_value, matches = (p_value, 1.0) if gain > 0 else (1.0, 0.0)
         if best and gain > 0:
             matches = min(likelier(errors[at], t.errors)[1] for t in best)
-        found.append(RevisionTrial(revision, at, len(errors), losses[at], p_value, matches))
+        found.append(RevisionTrial(revision, at, len(errors), columns[at].shape[2], errors[at], p_value, matches))
     return found
 
 
@@ -134,6 +144,7 @@ def _revised(
     stands = log_loss(search.errors)
     least = HALF * max((stands - trial.loss for trial in best), default=0.0)
     earning = [t for t in trials if t.p_value * tests < LEVEL and stands - t.loss > least]
+    fitted: list[tuple[RevisionTrial, Inquiry]] = []
     for trial in sorted(earning, key=lambda t: t.loss)[:BEST]:
         try:
             after = trial.revision.revised(inquiry, trial.tried)
@@ -141,13 +152,28 @@ def _revised(
             continue
         if after is None or not after.case.earns(inquiry.current, after.current):
             continue
-        if effect is not None and not _explains_more(effect, after.current):
-            continue
-        new = next(r for r in after.case.revised if (r.effect, r.place) == trial.revision.key)
-        finding = finding_of_revision(after.case, new, inquiry.current, after.current)
-        others = tuple(f for f in after.findings if (f.effect, f.place) != trial.revision.key)
-        return replace(after, findings=(*others, finding)), trial.revision
-    return None
+        if effect is None or _explains_more(effect, after.current):
+            fitted.append((trial, after))
+    if not fitted:
+        return None
+    trial, after, rivals = _simplest(fitted)
+    new = next(r for r in after.case.revised if (r.effect, r.place) == trial.revision.key)
+    finding = replace(finding_of_revision(after.case, new, inquiry.current, after.current), rivals=rivals)
+    others = tuple(f for f in after.findings if (f.effect, f.place) != trial.revision.key)
+    return replace(after, findings=(*others, finding)), trial.revision
+
+
+def _simplest(fitted: Sequence[tuple[RevisionTrial, Inquiry]]) -> tuple[RevisionTrial, Inquiry, tuple[Rival, ...]]:
+    """The likeliest, or what it cannot be told from and brings fewer numbers; the others of those are rivals.
+
+    On a flat arm an encoder that is off at the first joint, and a base that is tilted, are the same.
+    """
+    best = min((after.current.training for _, after in fitted), key=log_loss)
+    p_values = [1.0 if a.current.training is best else likelier(a.current.training, best)[1] for _, a in fitted]
+    tied = [(trial, after, p) for (trial, after), p in zip(fitted, p_values, strict=True) if p > TIE]
+    tied.sort(key=lambda item: (item[0].size, log_loss(item[1].current.training)))
+    chosen, after, _ = tied[0]
+    return chosen, after, tuple(Rival(*trial.revision.key, p) for trial, _, p in tied[1:])
 
 
 def _explains_more(effect: Explanation, revised: Explanation) -> bool:

@@ -135,7 +135,7 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
         return Remaining(after.heldout, False, 0.0, None, 1.0)
     rounds = ITERATIONS if beyond > SHARE else ROUNDS  # the verdict does not hang on it
     quiet = final.fit.bench.with_noise(noise.quiet)
-    none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds, off=final.fit.off)
+    none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds)
     gain = none.loss - final.fit.loss
     structured = bool(gain > WORTH and beyond > SHARE)
     return Remaining(

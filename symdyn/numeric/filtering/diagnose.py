@@ -6,7 +6,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from symdyn.numeric.filtering.conclude import conclude, parameters
-from symdyn.numeric.filtering.explain import Explanation, both, earns, explained, sampled, step, without_effect
+from symdyn.numeric.filtering.explain import (
+    Explanation,
+    both,
+    earns,
+    explained,
+    relieved,
+    sampled,
+    step,
+    without_effect,
+)
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import loops
 from symdyn.numeric.filtering.model import Model, prepare
@@ -52,7 +61,12 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
             findings.append(finding(model, current, best, tried))
             current = best.after
         else:
-            break
+            progress("once more from the model as given")
+            again = relieved(model, current)
+            if again is None:
+                break
+            current = again
+            continue
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
     told = {c.label for c, _ in current.found}
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]

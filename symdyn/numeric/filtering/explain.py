@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
 from symdyn.numeric.filtering.late import absorbing, late, put_back
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
-from symdyn.numeric.filtering.model import Model, candidate_beliefs
+from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
 from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
@@ -92,13 +92,12 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     where = [bench.index[candidate.parameter(schema)] for schema in candidate.linear]
 
     def begun(p: Array) -> Array:
-        """With the largest part of what is expected that a simulation survives."""
-        for part in PARTS:
-            trial = p.copy()
+        """With the part of what is expected that is likeliest."""
+        trials = [p.copy() for _ in PARTS]
+        for part, trial in zip(PARTS, trials, strict=True):
             trial[where] += part * (start - p[where])
-            if np.isfinite(bench.filtered(trial).loss):
-                return trial
-        return p
+        losses = [bench.filtered(trial).loss for trial in trials]
+        return trials[int(np.argmin(losses))]
 
     suspects = absorbing(current)
     starts = [begun(p), *([begun(put_back(current, p))] if suspects else [])]
@@ -107,7 +106,7 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
 
     def roughly(p: Array) -> MLFit:
-        return fit(bench, p, beliefs, settled=ROUGH, most=ROUNDS, off=current.fit.off)
+        return fit(bench, p, beliefs, settled=ROUGH, most=ROUNDS)
 
     return min(side_by_side(roughly, starts), key=lambda fitted: fitted.loss)
 
@@ -120,7 +119,7 @@ def without_effect(model: Model, current: Explanation, item: tuple[Candidate, fl
         p[index[name]] = model.values[index[name]]
     beliefs = {name: belief for name, belief in current.beliefs.items() if name not in names}
     rest = tuple(other for other in current.found if other is not item)
-    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs, off=current.fit.off))
+    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs))
 
 
 def remembered(of: Explanation) -> tuple[Candidate, ...]:
@@ -203,7 +202,7 @@ def _fitted(model: Model, current: Explanation, promising: Sequence[Score], prog
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
         found = (*current.found, (score.candidate, score.shape))
-        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs, off=fitted.off))
+        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
         return Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after))
 
     rough = list(zip(promising, side_by_side(roughly, promising), strict=True))
@@ -272,6 +271,26 @@ def sampled(model: Model, current: Explanation) -> Explanation:
     if other.loss > current.fit.loss:
         return current
     return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))
+
+
+def relieved(model: Model, current: Explanation) -> Explanation | None:
+    """A likelier fit with the same effects, begun once more from the model as given; None where there is none.
+
+    A fit without what is missing may carry parameters where none leads back from (a motor's inertia to next to
+    nothing). Asked for only where some went far.
+    """
+    if not absorbing(current):
+        return None
+    p, bench = current.fit.p.copy(), current.fit.bench
+    for name in model.beliefs:
+        p[bench.index[name]] = model.values[bench.index[name]]
+    first, now = without_latent(model, model.training), bench.noise
+    decay, power = now.decay.copy(), now.power.copy()
+    decay[: now.inputs], power[: now.inputs] = first.decay[: now.inputs], first.power[: now.inputs]
+    again = fit(bench.with_noise(replace(now, r=first.r, decay=decay, power=power)), p, current.beliefs)
+    if again.loss > current.fit.loss - WORTH:
+        return None
+    return explained(model, current.found, current.beliefs, again)
 
 
 def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Progress) -> tuple[Step, Step] | None:

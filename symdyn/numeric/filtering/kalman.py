@@ -6,16 +6,16 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.transition import product, room, transition
+from symdyn.numeric.filtering.kinks import FINEST, KINK, bent, reach
+from symdyn.numeric.filtering.transition import HALVES, carry, product, room, transition
 from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
 
-KINK = 0.1  # of a usual rate: what the slope at the start of a step does not foretell of it
+KINKED = 0.05  # of the square of what a kink does to a step: variance, as it may come sooner or later
+SURPRISE = 3.0  # standard deviations, beyond which an innovation costs in proportion to itself (Huber 1964)
 MEMORY = 1000.0  # samples that say what is usual
-FINE = 16  # pieces of a step with a kink in it
 ALIKE = 1e-4  # relative change of the machine's Jacobian: with the one before a step goes as far
-NEARLY = 1e-2  # the same for a piece of a step, which is that much shorter
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
 _vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
@@ -90,7 +90,12 @@ def run(  # type: ignore[no-untyped-def]
     starts the state anew.
 
     ``r`` (v, m), ``decay`` and ``power`` (v, l) are one filter in each row, each with its own state. The others share
-    the Jacobians and the steps of the first: that is most of the work, and right for noise that is nearly the same.
+    the Jacobians and the steps of the first, from which they keep the distance that those say: that is most of the
+    work, and right for noise that is nearly the same.
+
+    Across a kink a step goes in pieces (``kinks``), and what it did may be a little more or less: ``KINKED``.
+    An innovation beyond ``SURPRISE`` counts as one of larger variance, which ``s`` then says: a linearised filter is
+    sometimes wrong about which way a machine went.
 
     Sensitivities (d innovation / d p) take the gains as given (Ljung 1999, ch. 10: pseudo-linear regression);
     ``weight`` (N, q) is how far a parameter goes along in each step: a force with a course of its own is one, too.
@@ -102,10 +107,13 @@ def run(  # type: ignore[no-untyped-def]
     rate, out = np.zeros(n), np.zeros(outputs)
     a_old, c_all = np.full((na, na), np.nan), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
-    there, arrived, usual, ahead = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
+    there, arrived, usual, ahead, push = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu), np.zeros(n)
     a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     # of [x, u]: an input goes straight along its slope
     change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    change_2, integral_2, ramp_2 = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    halves, many = np.zeros((HALVES, 3, wide, wide)), 0
+    begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
     by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     pushes = np.array([i for i in range(len(p)) if np.any(latent[i] != 0.0)], dtype=np.int64)
     force, forced = np.zeros((wide, room(nl))), np.zeros((wide, room(nl)))
@@ -118,7 +126,7 @@ def run(  # type: ignore[no-untyped-def]
     phi, work, turned = np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z))
     row, shown, h_old = np.zeros(nz), np.zeros(n), -1.0
     covs, gains, spread = np.zeros((filters, wide_z, wide_z)), np.zeros((filters, m, nz)), np.zeros((filters, m))
-    predicted = np.zeros((filters, nz))
+    predicted, beside, straight = np.zeros((filters, nz)), np.zeros((filters, n)), np.zeros(n)
     steady = np.zeros(filters, dtype=np.bool_)  # gains as before: neither the machine nor its covariance changed
     for v in range(filters):
         loss[v] = 0.0
@@ -168,8 +176,9 @@ def run(  # type: ignore[no-untyped-def]
                     spread[v, c] = max(variance, r[v, c])
                 variance = spread[v, c]
                 innovation = y[k, c] - value
-                e[v, k, c], s[v, k, c] = innovation, variance
-                loss[v] += 0.5 * (innovation * innovation / variance + np.log(variance))
+                doubt = max(1.0, abs(innovation) / (SURPRISE * np.sqrt(variance)))
+                e[v, k, c], s[v, k, c] = innovation, variance * doubt
+                loss[v] += 0.5 * (innovation * innovation / s[v, k, c] + np.log(s[v, k, c]))
                 if v == 0:
                     for j in range(q):
                         slope = outputs_by_p[index - n, which[j]] if index >= n else 0.0
@@ -202,47 +211,45 @@ def run(  # type: ignore[no-untyped-def]
                     if signals[c] < n and not np.isnan(y[k + 1, c]):
                         x[v, signals[c]] = y[k + 1, c]
             continue
-        pieces, piece = substeps, 0
-        h = steps[k] / pieces
+        whole, part, length = steps[k] / substeps, 0, FINEST
         control[:] = u[k]
-        unchanged = True
-        while piece < pieces:
+        unchanged, kinked = True, False
+        while part < substeps * FINEST:
             f(x[0], control, p, rate)
             f_x(x[0], control, p, by_x)
             f_u(x[0], control, p, by_u)
-            same, tolerance = h == h_old, ALIKE if pieces == substeps else NEARLY
+            same = length == FINEST and whole == h_old
             for i in range(n):
                 for j in range(na):
                     a[i, j] = by_x[i, j] if j < n else by_u[i, j - n]
-                    if not abs(a[i, j] - a_old[i, j]) <= tolerance * abs(a_old[i, j]):
+                    if not abs(a[i, j] - a_old[i, j]) <= ALIKE * abs(a_old[i, j]):
                         same = False
-            if not same:
-                transition(a, na, h, q > 0, change, integral, ramp, term, space)
-                a_old[:] = a[:na, :na]
-            if piece == 0 and pieces == substeps:
-                # a kink on the way (friction turns, a flank touches) shows in the rate at the end
+                push[i] = 0.0
+                for j in range(nl):
+                    push[i] += force[i, j] * w[0, j]
+            left = FINEST - part % FINEST
+            if left == FINEST:  # a kink on the way (friction turns, a flank touches) shows in the rate at the end
+                length = FINEST
                 for i in range(n):
-                    there[i] = x[0, i]
-                    for j in range(n):
-                        there[i] += integral[i, j] * rate[j]
-                    for j in range(nu):
-                        there[i] += integral[i, n + j] * slope_u[k, j]
-                for j in range(nu):
-                    ahead[j] = control[j] + h * slope_u[k, j]
-                f(there, ahead, p, arrived)
-                for i in range(n):
-                    expected = rate[i]
                     usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
-                    for j in range(n):
-                        expected += by_x[i, j] * (there[j] - x[0, j])
-                    for j in range(nu):
-                        expected += by_u[i, j] * h * slope_u[k, j]
-                    if abs(arrived[i] - expected) > KINK * usual[i]:
-                        pieces = substeps * FINE
-                if pieces != substeps:
-                    h, same = steps[k] / pieces, False
-                    transition(a, na, h, q > 0, change, integral, ramp, term, space)
+                if not same:
+                    many = transition(a, na, whole, q > 0, change, integral, ramp, term, space, halves)
+                off = bent(
+                    f, x[0], control, slope_u[k], p, rate, push, a, integral, whole, usual, there, ahead, arrived
+                )
+                if off > KINK:
+                    length, kinked = 0, True
+                    straight[:] = there
+            if length != FINEST:
+                same, many = False, 0
+                length = reach(
+                    f, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, change, integral, ramp,
+                    change_2, integral_2, ramp_2, usual, there, ahead, arrived, term, space, halves,
+                )  # fmt: skip
+            part += length
+            h = whole * (length / FINEST)
             if not same:
+                a_old[:] = a[:na, :na]
                 unchanged, h_old = False, h
                 for v in range(filters):
                     if steady[v]:  # what was left out while nothing changed
@@ -253,7 +260,6 @@ def run(  # type: ignore[no-untyped-def]
                                     covs[v, i, j] -= gains[v, c, i] * gains[v, c, j] / spread[v, c]
                     for j in range(nl):
                         kept[v, j] = np.exp(-decay[v, j] * h)
-            piece += 1
             if q or (nl and not same):
                 f_p(x[0], control, p, by_p)
             if not same:  # else what a force does to the machine is as before, too
@@ -269,41 +275,74 @@ def run(  # type: ignore[no-untyped-def]
                         phi[i, j] = change[i, j] + (1.0 if i == j else 0.0)
                     for j in range(nl):
                         phi[i, n + j] = forced[i, j]
-            for v in range(filters):
-                if v:
-                    f(x[v], control, p, rate)
+            for v in range(1, filters):  # they keep the distance that the Jacobian says
                 for i in range(n):
-                    for j in range(nl):
-                        rate[i] += force[i, j] * w[v, j]
+                    shown[i] = x[v, i] - x[0, i]
                 for i in range(n):
+                    beside[v, i] = 0.0
                     for j in range(n):
-                        x[v, i] += integral[i, j] * rate[j]
-                    for j in range(nu):
-                        x[v, i] += integral[i, n + j] * slope_u[k, j]
+                        beside[v, i] += phi[i, j] * shown[j]
+                    for j in range(nl):
+                        beside[v, i] += phi[i, n + j] * (w[v, j] - w[0, j])
+            for i in range(n):
+                for j in range(nl):
+                    rate[i] += force[i, j] * w[0, j]
+            if q:
+                for i in range(n):
+                    begun[i] = x[0, i]
+                for j in range(nu):
+                    from_there[j] = control[j]
+            for i in range(n):
+                for j in range(n):
+                    x[0, i] += integral[i, j] * rate[j]
+                for j in range(nu):
+                    x[0, i] += integral[i, n + j] * slope_u[k, j]
+            for v in range(filters):
+                for i in range(n):
+                    if v:
+                        x[v, i] = x[0, i] + beside[v, i]
                 for j in range(nl):
                     w[v, j] *= kept[v, j]
             for j in range(nu):
                 control[j] += h * slope_u[k, j]
-            if q:  # what a parameter adds to the rate goes straight from its value here to that at the end
-                f_p(x[0], control, p, by_p_there)
-                for i in range(n):
-                    for j in range(q):
-                        source[i, j] = weight[k, j] * by_p[i, which[j]]
-                        growth[i, j] = weight[k, j] * (by_p_there[i, which[j]] - by_p[i, which[j]]) / h
-                        for c in range(nl):
-                            source[i, j] += force[i, c] * dz[n + c, j]
-                product(integral, source, n, n, moved)
-                for i in range(n):
-                    for j in range(q):
-                        source[i, j], dz[i, j] = dz[i, j], dz[i, j] + moved[i, j]
-                product(ramp, growth, n, n, moved)
-                for i in range(n):
-                    for j in range(q):
-                        dz[i, j] += moved[i, j]
-                product(change, source, n, n, moved)
-                for i in range(n):
-                    for j in range(q):
-                        dz[i, j] += moved[i, j]
+            if q:
+                # what a parameter adds to the rate goes straight between all h / 2^i: what is stiff settles early
+                for stage in range(many, -1, -1):
+                    if stage == 0:
+                        f_p(x[0], control, p, by_p_there)
+                    else:
+                        so_far = h * 0.5**stage
+                        for i in range(n):
+                            between[i] = begun[i]
+                            for j in range(n):
+                                between[i] += halves[stage - 1, 1, i, j] * rate[j]
+                            for j in range(nu):
+                                between[i] += halves[stage - 1, 1, i, n + j] * slope_u[k, j]
+                        for j in range(nu):
+                            ahead[j] = from_there[j] + so_far * slope_u[k, j]
+                        f_p(between, ahead, p, by_p_there)
+                    level = min(stage + 1, many)
+                    for i in range(n):
+                        for j in range(q):
+                            source[i, j] = weight[k, j] * by_p[i, which[j]]
+                            growth[i, j] = weight[k, j] * (by_p_there[i, which[j]] - by_p[i, which[j]])
+                            growth[i, j] /= h * 0.5**level
+                            for c in range(nl):
+                                source[i, j] += force[i, c] * dz[n + c, j]
+                    if level:
+                        carry(
+                            halves[level - 1, 0],
+                            halves[level - 1, 1],
+                            halves[level - 1, 2],
+                            n,
+                            source,
+                            growth,
+                            moved,
+                            dz,
+                        )
+                    else:
+                        carry(change, integral, ramp, n, source, growth, moved, dz)
+                    by_p[:] = by_p_there
                 for j in range(nl):
                     for i in range(q):
                         dz[n + j, i] *= kept[0, j]
@@ -323,6 +362,13 @@ def run(  # type: ignore[no-untyped-def]
                         cov[i, j] = cov[j, i]
                 for j in range(nl):
                     cov[n + j, n + j] += power[v, j] * (1.0 - kept[v, j] * kept[v, j])
+        if kinked:
+            for i in range(n):
+                straight[i] = x[0, i] - straight[i]
+            for v in range(filters):
+                for i in range(n):
+                    for j in range(n):
+                        covs[v, i, j] += KINKED * straight[i] * straight[j]
         for v in range(filters):
             if not steady[v] and unchanged:
                 steady[v] = True

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.filtering.beliefs import Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.noise_step import noise_step
-from symdyn.numeric.filtering.parameter_step import At, Off, columns, parameter_step
+from symdyn.numeric.filtering.parameter_step import At, columns, parameter_step
 from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
@@ -28,7 +28,6 @@ class MLFit:
     p: Array
     bench: FilterBench
     loss: float
-    off: Off | None = None  # how far the filter's slopes were found to be off
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -47,21 +46,20 @@ def fit(
     *,
     settled: float = SETTLED,
     most: int = ITERATIONS,
-    off: Off | None = None,
 ) -> MLFit:
     """Fisher scoring on -log L, by turns of the parameters that ``beliefs`` names and of the noise.
 
     One of them that gains less than ``settled`` nats waits until the other does, too. It ends when both together gain
-    less, or after ``most`` rounds. ``off``: how far slopes were off in a fit before this one.
+    less, or after ``most`` rounds.
     """
     names = bool(beliefs)
     bench = _scaled(bench, p)
-    at = At(p.copy(), bench.filtered(p).loss + penalty(p, bench.index, beliefs), off=off)
+    at = At(p.copy(), bench.filtered(p).loss + penalty(p, bench.index, beliefs))
     of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
         before = at.loss
         if of_parameters:
-            at = parameter_step(bench, at, beliefs, settled)
+            at = parameter_step(bench, at, beliefs)
         between = at.loss
         if of_noise:
             prior = penalty(at.p, bench.index, beliefs)
@@ -74,7 +72,7 @@ def fit(
             of_parameters, of_noise = before - between >= settled, between - at.loss >= settled
         elif before - at.loss < settled:
             of_parameters, of_noise = names, True
-    return MLFit(beliefs, at.p, bench, at.loss, at.off)
+    return MLFit(beliefs, at.p, bench, at.loss)
 
 
 def _scaled(bench: FilterBench, p: Array) -> FilterBench:

@@ -84,7 +84,7 @@ def certainly_apart(first: Array, second: Array) -> bool:
 
 
 def _closer(bench: FilterBench, start: MLFit, model: Model) -> MLFit:
-    return fit(bench, start.p, model.beliefs, settled=ROUGH, most=ROUNDS, off=start.off)
+    return fit(bench, start.p, model.beliefs, settled=ROUGH, most=ROUNDS)
 
 
 def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool, most: int = ROUNDS) -> MLFit:

@@ -26,7 +26,7 @@ from symdyn.spec.records import PlaceKind, Robot
 Array = NDArray[np.float64]
 
 PRIOR = 0.4  # standard deviation of the logarithm of a given parameter: a data sheet's word, "off by up to 30 %"
-SHARPNESS = 2e-3  # width over which friction turns, as part of the usual speed
+SHARPNESS = 5e-5  # width over which friction turns, as part of the usual speed
 FIRST_NOISE = 1e-2  # of each channel's deviation: a start, fitted then
 FIRST_INPUT = 1e-3  # of each input's deviation, likewise
 FIRST_FORCE = 1e-6  # of the square of what moves the machine: noise of its equations, likewise

@@ -1,4 +1,4 @@
-"""One step of Levenberg and Marquardt on the parameters of a filter; how far its slopes are off, where they are."""
+"""One step of Levenberg and Marquardt on the parameters of a filter."""
 
 from __future__ import annotations
 
@@ -10,32 +10,13 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench, Pass
-from symdyn.numeric.filtering.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
 FIRST_DAMPING, LEAST_DAMPED, MOST_DAMPED = 1e-3, 1e-9, 1e9  # of the curvature
+AGAIN = 1.0  # damping after a step that led nowhere
 LONGEST = 2.0  # step of a logarithm
-DIFFERENCE = 0.1  # of a standard error, for difference quotients
 MODEST = 1e-6  # curvature that is added where there is none at all
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Off:
-    """How far slopes of the filter are off: ``columns`` (N m, k) and ``slope`` (k,) of -log L to be added to them."""
-
-    names: tuple[str, ...]
-    columns: Array
-    slope: Array
-
-    def of(self, names: Sequence[str]) -> tuple[Array, Array]:
-        """For these parameters; nothing is known of those that are new."""
-        columns, slope = np.zeros((len(self.columns), len(names))), np.zeros(len(names))
-        for j, name in enumerate(names):
-            if name in self.names:
-                i = self.names.index(name)
-                columns[:, j], slope[j] = self.columns[:, i], self.slope[i]
-        return columns, slope
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,35 +26,24 @@ class At:
     p: Array
     loss: float
     damping: float = FIRST_DAMPING
-    off: Off | None = None
 
 
-def parameter_step(bench: FilterBench, at: At, beliefs: Beliefs, settled: float) -> At:
-    """The next place, within bounds.
+def parameter_step(bench: FilterBench, at: At, beliefs: Beliefs) -> At:
+    """The next place, within bounds; more damping where none is likelier.
 
-    Where friction jumps within a step of the filter, or a part of the machine is far quicker than that, the
-    innovations' slopes may point elsewhere. Where they promise a gain and lead to none (less than ``settled`` nats),
-    differences take their place; how far off they were is remembered for later steps.
+    The slopes take the filter's gains as given. They lead across holes of the likelihood, at instants of sticking, that
+    differences of the likelihood itself end in.
     """
-    p, names = at.p, tuple(beliefs)
-    known = tuple(beliefs.values())
-    done = bench.filtered(p, names)
-    raw = columns(done, p, [bench.index[name] for name in names], known)
+    names, known = tuple(beliefs), tuple(beliefs.values())
+    done = bench.filtered(at.p, names)
+    raw = columns(done, at.p, [bench.index[name] for name in names], known)
     if not np.all(np.isfinite(raw)):  # on the way to infinity: nothing is known of a better direction
         return at
-    slope = raw.T @ done.white.ravel()
-    more = at.off.of(names) if at.off else (0.0, 0.0)
-    found, promised = _lower(bench, at, beliefs, raw + more[0], slope + more[1])
-    if promised > settled and (found is None or at.loss - found.loss < settled):
-        better = _by_differences(bench, p, beliefs, done, raw)
-        off = Off(names, better[0] - raw, better[1] - slope)
-        again, _ = _lower(bench, At(p, at.loss, FIRST_DAMPING, off), beliefs, *better)
-        found = again or found or At(p, at.loss, 1.0, off)
-    return found or At(p, at.loss, 1.0, at.off)
+    return _lower(bench, at, beliefs, raw, raw.T @ done.white.ravel()) or At(at.p, at.loss, AGAIN)
 
 
-def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: Array) -> tuple[At | None, float]:
-    """A step that lowers the loss, if any does; and the gain that the slopes promise."""
+def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: Array) -> At | None:
+    """A step that lowers the loss, if any does."""
     p, damping = at.p, at.damping
     where = [bench.index[name] for name in beliefs]
     known = tuple(beliefs.values())
@@ -87,42 +57,19 @@ def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: 
     slope = (slope + wish) * scale
     lower = np.array([-np.inf if b.positive else b.lower for b in known])
     upper = np.array([np.inf if b.positive else b.upper for b in known])
-    growth, promised = 10.0, 0.0
+    growth = 10.0
     while damping < MOST_DAMPED:
         damped = normal + damping * np.diag(np.diag(normal) + MODEST)
         step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
-        promised = max(promised, float(slope @ step - 0.5 * step @ normal @ step))
         trial = p.copy()
         if np.max(np.abs(step[positive]), initial=0.0) < LONGEST:
             trial[where] = [b.value(x) for b, x in zip(known, here + scale * step, strict=True)]
             found = bench.filtered(trial).loss + penalty(trial, bench.index, beliefs)
             if found < at.loss:
-                return At(trial, found, max(damping / 10.0, LEAST_DAMPED), at.off), promised
+                return At(trial, found, max(damping / 10.0, LEAST_DAMPED))
         damping *= growth
         growth *= 2.0
-    return None, promised
-
-
-def _by_differences(bench: FilterBench, p: Array, beliefs: Beliefs, done: Pass, columns: Array) -> tuple[Array, Array]:
-    """What ``columns`` gives, and the slope of the likelihood: a run of the filter for each parameter."""
-    length = np.linalg.norm(columns, axis=0)
-    moved = DIFFERENCE * np.minimum(1.0, 1.0 / np.where(length > 0, length, 1.0))
-    trials = []
-    for j, (name, belief) in enumerate(beliefs.items()):
-        i = bench.index[name]
-        trial = p.copy()
-        trial[i] = belief.value(belief.coordinate(p[i]) + moved[j])
-        if trial[i] == p[i]:  # at its bound
-            moved[j] = -moved[j]
-            trial[i] = belief.value(belief.coordinate(p[i]) + moved[j])
-        trials.append(trial)
-    runs = side_by_side(bench.filtered, trials)
-    sound = np.array([np.isfinite(there.loss) for there in runs])
-    spread = np.sqrt(done.variances)
-    found = np.stack([((done.innovations - there.innovations) / spread).ravel() for there in runs], axis=1) / moved
-    found = np.where(sound, found, columns)
-    gain = np.array([done.loss - there.loss if good else 0.0 for there, good in zip(runs, sound, strict=True)]) / moved
-    return found, gain + 0.5 * moved * np.sum(found**2, axis=0)  # the quotient is that of the middle
+    return None
 
 
 def columns(done: Pass, p: Array, where: Sequence[int], known: Sequence[Belief]) -> Array:

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 TERMS = 12  # of the series at the shortest step
 SWEEPS = 2  # of balancing
 TINY = 1e-3
+HALVES = 12  # of a step, at most
 SHORT = 0.8  # largest row sum of A h at the shortest step: its series is then exact to 1e-11
 
 
@@ -59,12 +60,22 @@ def balanced_norm(a: Array, n: int) -> float:
 
 @compiled
 def transition(
-    a: Array, n: int, step: float, ramped: bool, change: Array, integral: Array, ramp: Array, term: Array, work: Array
-) -> None:
+    a: Array,
+    n: int,
+    step: float,
+    ramped: bool,
+    change: Array,
+    integral: Array,
+    ramp: Array,
+    term: Array,
+    work: Array,
+    halves: Array,
+) -> int:
     """change = exp(A h) - 1, integral of exp(A t) over 0..h, ramp = the integral of that; of all, (n, n) with room.
 
     A constant source c adds integral c to the state, one that grows as c t / h adds ramp c / h. By series and doubling.
-    ``ramp`` only where ``ramped``; ``term`` and ``work`` are for use here.
+    ``ramp`` only where ``ramped``; ``term`` and ``work`` are for use here. ``halves`` (HALVES, 3, n, n) gets the same
+    three for h / 2, h / 4, ..., and what is returned is how many of them: a stiff machine's first moments.
     """
     largest = balanced_norm(a, n)
     doublings = 0
@@ -87,7 +98,9 @@ def transition(
             for i in range(count):
                 flat_ramp[i] += flat_term[i] * (h / (k + 1))
     product(a, integral, n, n, change)
-    for _ in range(doublings):
+    for left in range(doublings, 0, -1):
+        if ramped and left <= HALVES:
+            halves[left - 1, 0], halves[left - 1, 1], halves[left - 1, 2] = change, integral, ramp
         if ramped:
             product(integral, integral, n, n, work)
             for i in range(count):
@@ -98,3 +111,41 @@ def transition(
         product(change, change, n, n, work)
         for i in range(count):
             flat_change[i] = 2.0 * flat_change[i] + flat_work[i]
+    return min(doublings, HALVES) if ramped else 0
+
+
+@compiled
+def doubled(
+    change: Array, integral: Array, ramp: Array, n: int, ramped: bool, change_2: Array, integral_2: Array, ramp_2: Array
+) -> None:
+    """The same three for a step twice as long, in arrays of their own; ``n`` and ``ramped`` as for ``transition``."""
+    if ramped:
+        product(integral, integral, n, n, ramp_2)
+    product(change, integral, n, n, integral_2)
+    product(change, change, n, n, change_2)
+    flat = (change.ravel(), integral.ravel(), ramp.ravel())
+    there = (change_2.ravel(), integral_2.ravel(), ramp_2.ravel())
+    for i in range(n * change.shape[1]):
+        there[2][i] += 2.0 * flat[2][i]
+        there[1][i] += 2.0 * flat[1][i]
+        there[0][i] += 2.0 * flat[0][i]
+
+
+@compiled
+def carry(
+    change: Array, integral: Array, ramp: Array, n: int, source: Array, growth: Array, moved: Array, dz: Array
+) -> None:
+    """dz (nz, q) over such a step, ``source`` + ``growth`` t added to its rate; both are used up, and ``moved``."""
+    q = dz.shape[1]
+    product(integral, source, n, n, moved)
+    for i in range(n):
+        for j in range(q):
+            source[i, j], dz[i, j] = dz[i, j], dz[i, j] + moved[i, j]
+    product(ramp, growth, n, n, moved)
+    for i in range(n):
+        for j in range(q):
+            dz[i, j] += moved[i, j]
+    product(change, source, n, n, moved)
+    for i in range(n):
+        for j in range(q):
+            dz[i, j] += moved[i, j]

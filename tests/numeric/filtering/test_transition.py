@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import linalg
 
-from symdyn.numeric.filtering.transition import product, room, transition
+from symdyn.numeric.filtering.transition import HALVES, doubled, product, room, transition
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ def with_room(a: Array) -> Array:
 def step_of(a: Array, step: float, ramped: bool = True) -> tuple[Array, Array, Array]:
     n = len(a)
     outs = [np.full((room(n), room(n)), 7.0) for _ in range(5)]
-    transition(with_room(a), n, step, ramped, *outs)
+    transition(with_room(a), n, step, ramped, *outs, np.zeros((HALVES, 3, room(n), room(n))))
     change, integral, ramp = (out[:n, :n] for out in outs[:3])
     return change, integral, ramp
 
@@ -47,6 +47,23 @@ def test_without_the_ramp_the_rest_is_the_same() -> None:
     with_ramp, without = step_of(a, 3.0), step_of(a, 3.0, ramped=False)
     np.testing.assert_array_equal(without[0], with_ramp[0])
     np.testing.assert_array_equal(without[1], with_ramp[1])
+
+
+@pytest.mark.parametrize("size", [1e-2, 50.0])
+def test_halves_of_a_step_and_its_double(size: float) -> None:
+    """They are what is asked for at once; a machine that is not stiff has no halves."""
+    step, n = 0.1, 5
+    a = size * np.random.default_rng(3).normal(size=(n, n)) - 2.0 * size * np.eye(n)
+    outs, halves = [np.zeros((room(n), room(n))) for _ in range(5)], np.zeros((HALVES, 3, room(n), room(n)))
+    many = transition(with_room(a), n, step, True, *outs, halves)
+    assert (many > 0) == (size > 1.0)
+    for i in range(many):
+        for half, expected in zip(halves[i], step_of(a, step / 2.0 ** (i + 1)), strict=True):
+            np.testing.assert_allclose(half[:n, :n], expected, rtol=1e-9, atol=1e-12)
+    twice = [np.zeros((room(n), room(n))) for _ in range(3)]
+    doubled(*outs[:3], n, True, *twice)
+    for found, expected in zip(twice, step_of(a, 2.0 * step), strict=True):
+        np.testing.assert_allclose(found[:n, :n], expected, rtol=1e-8, atol=1e-12)
 
 
 def test_a_singular_machine_drifts() -> None:
