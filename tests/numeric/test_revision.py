@@ -65,8 +65,11 @@ coefficient = "b2"
 """
 
 
-def run(seed: int, gain: float = 1.0, offset: float = 0.0) -> Recording:
-    """A planar arm along sums of sines, its torques written by hand; the second encoder shows gain q + offset."""
+def run(seed: int, gain: float = 1.0, offset: float = 0.0, first: float = 0.0) -> Recording:
+    """A planar arm along sums of sines, its torques written by hand.
+
+    The second encoder shows gain q + offset, the first one q + ``first``.
+    """
     rng = np.random.default_rng(seed)
     t = np.arange(10_000) / 500.0
     q, v, a = np.empty((3, len(t), 2))
@@ -84,7 +87,7 @@ def run(seed: int, gain: float = 1.0, offset: float = 0.0) -> Recording:
     tau1 = m11 * a[:, 0] + m12 * a[:, 1] - h * v[:, 1] * (2 * v[:, 0] + v[:, 1]) + g1 + 0.3 * v[:, 0]
     tau2 = m12 * a[:, 0] + m22 * a[:, 1] + h * v[:, 0] ** 2 + g2 + 0.12 * v[:, 1]
     shown = {
-        (Quantity.POSITION, "one", Side.LINK): q[:, 0] + 5e-6 * rng.standard_normal(len(t)),
+        (Quantity.POSITION, "one", Side.LINK): q[:, 0] + first + 5e-6 * rng.standard_normal(len(t)),
         (Quantity.POSITION, "two", Side.LINK): gain * q[:, 1] + offset + 5e-6 * rng.standard_normal(len(t)),
         (Quantity.EFFORT, "one", Side.LINK): tau1 + 0.02 * rng.standard_normal(len(t)),
         (Quantity.EFFORT, "two", Side.LINK): tau2 + 0.01 * rng.standard_normal(len(t)),
@@ -105,6 +108,16 @@ def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float)
     assert told.value == pytest.approx(value, abs=max(4.0 * told.se, 1e-4))
     assert not found.remaining.structured
     assert declared(found.diagnosed)[1] == replace(Reading(), **{fault: pytest.approx(told.value, rel=1e-6)})
+
+
+def test_an_encoder_that_is_off_at_the_first_joint_is_a_tilted_base() -> None:
+    """No motion of a flat arm tells them apart: the one number comes first, the other is its rival."""
+    robot = robot_from_text(ARM_OF_TWO, "two.toml")
+    found = diagnose(robot, run(1, first=0.09), run(2, first=0.09))
+    assert [(f.effect, f.place) for f in found.findings] == [("encoder", "one")]
+    assert found.findings[0].parameters["offset"].value == pytest.approx(0.09, abs=1e-3)
+    assert [(r.effect, r.place) for r in found.findings[0].rivals] == [("gravity", "base")]
+    assert found.verdict == "ambiguous"
 
 
 def test_gravity_that_the_model_leaves_out_is_found() -> None:
