@@ -330,16 +330,8 @@ def run(  # type: ignore[no-untyped-def]
                             for c in range(nl):
                                 source[i, j] += force[i, c] * dz[n + c, j]
                     if level:
-                        carry(
-                            halves[level - 1, 0],
-                            halves[level - 1, 1],
-                            halves[level - 1, 2],
-                            n,
-                            source,
-                            growth,
-                            moved,
-                            dz,
-                        )
+                        change_h, integral_h, ramp_h = halves[level - 1]
+                        carry(change_h, integral_h, ramp_h, n, source, growth, moved, dz)
                     else:
                         carry(change, integral, ramp, n, source, growth, moved, dz)
                     by_p[:] = by_p_there
@@ -362,13 +354,14 @@ def run(  # type: ignore[no-untyped-def]
                         cov[i, j] = cov[j, i]
                 for j in range(nl):
                     cov[n + j, n + j] += power[v, j] * (1.0 - kept[v, j] * kept[v, j])
-        if kinked:
-            for i in range(n):
-                straight[i] = x[0, i] - straight[i]
-            for v in range(filters):
+            if kinked and part % FINEST == 0:
+                kinked = False
                 for i in range(n):
-                    for j in range(n):
-                        covs[v, i, j] += KINKED * straight[i] * straight[j]
+                    straight[i] = x[0, i] - straight[i]
+                for v in range(filters):
+                    for i in range(n):
+                        for j in range(n):
+                            covs[v, i, j] += KINKED * straight[i] * straight[j]
         for v in range(filters):
             if not steady[v] and unchanged:
                 steady[v] = True

@@ -124,6 +124,15 @@ def test_steps_across_a_kink_are_those_of_many_short_ones(kernel: Kernel) -> Non
     assert np.all(np.abs(once - often).max(axis=0) < 1e-4 * friction)
 
 
+def test_a_kink_widens_what_comes_after_it_however_many_parts_a_step_has(kernel: Kernel) -> None:
+    """Only the part with the kink in it does."""
+    s, quiet, p = made(kernel), noise(kernel, 0), kernel.values
+    shown = FilterBench(kernel, s, quiet).simulated(p, np.zeros(len(kernel.states)), 0, COUNT)
+    s = replace(s, y=shown)  # nothing surprises
+    once, often = (FilterBench(kernel, s, quiet, substeps=parts).filtered(p) for parts in (1, 4))
+    np.testing.assert_allclose(once.variances, often.variances, rtol=0.03)
+
+
 def test_a_gap_starts_anew_and_a_missing_sample_is_left_out(kernel: Kernel) -> None:
     s = made(kernel)
     s.steps[149] = np.nan
