@@ -61,8 +61,7 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
             findings.append(finding(model, current, best, tried))
             current = best.after
         else:
-            progress("once more from the model as given")
-            again = relieved(model, current)
+            again = relieved(model, current, progress)
             if again is None:
                 break
             current = again

@@ -97,7 +97,7 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
         for part, trial in zip(PARTS, trials, strict=True):
             trial[where] += part * (start - p[where])
         losses = [bench.filtered(trial).loss for trial in trials]
-        return trials[int(np.argmin(losses))]
+        return trials[int(np.argmin(losses))] if np.isfinite(min(losses)) else p
 
     suspects = absorbing(current)
     starts = [begun(p), *([begun(put_back(current, p))] if suspects else [])]
@@ -273,7 +273,7 @@ def sampled(model: Model, current: Explanation) -> Explanation:
     return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))
 
 
-def relieved(model: Model, current: Explanation) -> Explanation | None:
+def relieved(model: Model, current: Explanation, progress: Progress) -> Explanation | None:
     """A likelier fit with the same effects, begun once more from the model as given; None where there is none.
 
     A fit without what is missing may carry parameters where none leads back from (a motor's inertia to next to
@@ -281,6 +281,7 @@ def relieved(model: Model, current: Explanation) -> Explanation | None:
     """
     if not absorbing(current):
         return None
+    progress("once more from the model as given")
     p, bench = current.fit.p.copy(), current.fit.bench
     for name in model.beliefs:
         p[bench.index[name]] = model.values[bench.index[name]]

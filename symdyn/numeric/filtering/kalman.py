@@ -111,7 +111,7 @@ def run(  # type: ignore[no-untyped-def]
     a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     # of [x, u]: an input goes straight along its slope
     change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    change_2, integral_2, ramp_2 = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    change_1, integral_1, ramp_1 = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     halves, many = np.zeros((HALVES, 3, wide, wide)), 0
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
     by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
@@ -244,7 +244,7 @@ def run(  # type: ignore[no-untyped-def]
                 same, many = False, 0
                 length = reach(
                     f, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, change, integral, ramp,
-                    change_2, integral_2, ramp_2, usual, there, ahead, arrived, term, space, halves,
+                    change_1, integral_1, ramp_1, usual, there, ahead, arrived, term, space, halves,
                 )  # fmt: skip
             part += length
             h = whole * (length / FINEST)

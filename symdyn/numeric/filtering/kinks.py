@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.transition import doubled, transition
+from symdyn.numeric.filtering.transition import double, transition
 from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -54,8 +54,8 @@ def bent(
 @compiled
 def reach(
     f: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, na: int, whole: float,
-    left: int, ramped: bool, change: Array, integral: Array, ramp: Array, change_2: Array, integral_2: Array,
-    ramp_2: Array, usual: Array, there: Array, ahead: Array, arrived: Array, term: Array, space: Array, halves: Array,
+    left: int, ramped: bool, change: Array, integral: Array, ramp: Array, change_1: Array, integral_1: Array,
+    ramp_1: Array, usual: Array, there: Array, ahead: Array, arrived: Array, term: Array, space: Array, halves: Array,
 ) -> int:  # fmt: skip
     """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., no more than ``left``.
 
@@ -65,11 +65,12 @@ def reach(
     transition(a, na, whole / FINEST, ramped, change, integral, ramp, term, space, halves)
     length = 1
     while 2 * length <= left:
-        doubled(change, integral, ramp, na, ramped, change_2, integral_2, ramp_2)
+        change_1[:], integral_1[:], ramp_1[:] = change, integral, ramp
+        double(change, integral, ramp, na, ramped, space)
         h = whole * (2 * length / FINEST)
-        off = bent(f, x, u, slope_u, p, rate, push, a, integral_2, h, usual, there, ahead, arrived)
+        off = bent(f, x, u, slope_u, p, rate, push, a, integral, h, usual, there, ahead, arrived)
         if off * 2 * length > KINK * (FINEST / FINE):
+            change[:], integral[:], ramp[:] = change_1, integral_1, ramp_1
             break
-        change[:], integral[:], ramp[:] = change_2, integral_2, ramp_2
         length *= 2
     return length

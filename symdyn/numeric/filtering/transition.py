@@ -59,6 +59,23 @@ def balanced_norm(a: Array, n: int) -> float:
 
 
 @compiled
+def double(change: Array, integral: Array, ramp: Array, n: int, ramped: bool, work: Array) -> None:
+    """Make them those of a step twice as long; arguments as for ``transition``."""
+    count = n * change.shape[1]
+    flat_change, flat_integral, flat_ramp, flat_work = change.ravel(), integral.ravel(), ramp.ravel(), work.ravel()
+    if ramped:
+        product(integral, integral, n, n, work)
+        for i in range(count):
+            flat_ramp[i] = 2.0 * flat_ramp[i] + flat_work[i]
+    product(change, integral, n, n, work)
+    for i in range(count):
+        flat_integral[i] = 2.0 * flat_integral[i] + flat_work[i]
+    product(change, change, n, n, work)
+    for i in range(count):
+        flat_change[i] = 2.0 * flat_change[i] + flat_work[i]
+
+
+@compiled
 def transition(
     a: Array,
     n: int,
@@ -83,7 +100,7 @@ def transition(
         doublings += 1
     h = step * 0.5**doublings
     count = n * a.shape[1]
-    flat_change, flat_integral, flat_ramp = change.ravel(), integral.ravel(), ramp.ravel()  # views
+    flat_integral, flat_ramp = integral.ravel(), ramp.ravel()  # views
     flat_term, flat_work = term.ravel(), work.ravel()
     term[:], integral[:], ramp[:] = 0.0, 0.0, 0.0
     for i in range(n):
@@ -101,34 +118,8 @@ def transition(
     for left in range(doublings, 0, -1):
         if ramped and left <= HALVES:
             halves[left - 1, 0], halves[left - 1, 1], halves[left - 1, 2] = change, integral, ramp
-        if ramped:
-            product(integral, integral, n, n, work)
-            for i in range(count):
-                flat_ramp[i] = 2.0 * flat_ramp[i] + flat_work[i]
-        product(change, integral, n, n, work)
-        for i in range(count):
-            flat_integral[i] = 2.0 * flat_integral[i] + flat_work[i]
-        product(change, change, n, n, work)
-        for i in range(count):
-            flat_change[i] = 2.0 * flat_change[i] + flat_work[i]
+        double(change, integral, ramp, n, ramped, work)
     return min(doublings, HALVES) if ramped else 0
-
-
-@compiled
-def doubled(
-    change: Array, integral: Array, ramp: Array, n: int, ramped: bool, change_2: Array, integral_2: Array, ramp_2: Array
-) -> None:
-    """The same three for a step twice as long, in arrays of their own; ``n`` and ``ramped`` as for ``transition``."""
-    if ramped:
-        product(integral, integral, n, n, ramp_2)
-    product(change, integral, n, n, integral_2)
-    product(change, change, n, n, change_2)
-    flat = (change.ravel(), integral.ravel(), ramp.ravel())
-    there = (change_2.ravel(), integral_2.ravel(), ramp_2.ravel())
-    for i in range(n * change.shape[1]):
-        there[2][i] += 2.0 * flat[2][i]
-        there[1][i] += 2.0 * flat[1][i]
-        there[0][i] += 2.0 * flat[0][i]
 
 
 @compiled
