@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.kinks import FINEST, KINK, bent, reach
+from symdyn.numeric.filtering.kinks import FINEST, KINK, RUNGS, bent, reach
 from symdyn.numeric.filtering.transition import HALVES, carry, product, room, transition
 from symdyn.numeric.hybrid.compiled import compiled
 
@@ -111,7 +111,8 @@ def run(  # type: ignore[no-untyped-def]
     a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     # of [x, u]: an input goes straight along its slope
     change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    change_1, integral_1, ramp_1 = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    ladder, a_ladder = np.zeros((RUNGS, 3, wide, wide)), np.full((na, na), np.nan)  # of pieces of a step
+    built, h_ladder = 0, -1.0
     halves, many = np.zeros((HALVES, 3, wide, wide)), 0
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
     by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
@@ -234,17 +235,25 @@ def run(  # type: ignore[no-untyped-def]
                     usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
                 if not same:
                     many = transition(a, na, whole, q > 0, change, integral, ramp, term, space, halves)
-                off = bent(
-                    f, x[0], control, slope_u[k], p, rate, push, a, integral, whole, usual, there, ahead, arrived
-                )
-                if off > KINK:
+                if bent(
+                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, integral, whole, KINK, False, usual,
+                    there, ahead, arrived, by_x,
+                ):  # fmt: skip
                     length, kinked = 0, True
                     straight[:] = there
             if length != FINEST:
                 same, many = False, 0
-                length = reach(
-                    f, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, change, integral, ramp,
-                    change_1, integral_1, ramp_1, usual, there, ahead, arrived, term, space, halves,
+                if whole != h_ladder:
+                    built = 0
+                for i in range(n):
+                    for j in range(na):
+                        if not abs(a[i, j] - a_ladder[i, j]) <= ALIKE * abs(a_ladder[i, j]):
+                            built = 0
+                if built == 0:
+                    a_ladder[:], h_ladder = a[:na, :na], whole
+                length, built = reach(
+                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, ladder, built,
+                    change, integral, ramp, usual, there, ahead, arrived, by_x, term, space, halves,
                 )  # fmt: skip
             part += length
             h = whole * (length / FINEST)

@@ -14,19 +14,22 @@ Array = NDArray[np.float64]
 Rate = Callable[[Array, Array, Array, Array], None]
 
 KINK = 0.02  # of a usual rate: what the slope at the start of a step does not foretell of its end
-FINE = 16  # pieces of a step with a kink in it may each be off by this part of what a step may
+FINE = 32  # pieces of a step with a kink in it may each be off by this part of what a step may
 FINEST = 1024  # pieces of a step, at most
+RUNGS = 11  # lengths of pieces: 1, 2, 4, ..., FINEST
 
 
 @compiled
 def bent(
-    f: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, integral: Array,
-    h: float, usual: Array, there: Array, ahead: Array, arrived: Array,
-) -> float:  # fmt: skip
-    """How far off the rate after ``h`` seconds is from what ``a``, of [x, u], foretells: in ``usual`` rates, the most.
+    f: Rate, f_x: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array,
+    integral: Array, h: float, limit: float, settles: bool, usual: Array, there: Array, ahead: Array, arrived: Array,
+    by_x: Array,
+) -> bool:  # fmt: skip
+    """Whether the rate after ``h`` seconds is off by more than ``limit`` usual rates from what ``a``, of [x, u], says.
 
     ``rate`` (n,) is f at the start, ``push`` (n,) what unknown forces add to it, ``integral`` that of exp(a t) over
-    0..h. ``there`` (n,) gets the state then; ``ahead`` (nu,) and ``arrived`` (n,) are for use here.
+    0..h. ``there`` (n,) gets the state then; ``ahead`` (nu,), ``arrived`` (n,) and ``by_x`` (n, n) are for use here.
+    Where ``settles``, what settles far sooner than h, here and there (a body that sticks), is off no longer than that.
     """
     n, nu = len(x), len(u)
     for i in range(n):
@@ -38,7 +41,7 @@ def bent(
     for j in range(nu):
         ahead[j] = u[j] + h * slope_u[j]
     f(there, ahead, p, arrived)
-    most = 0.0
+    known = False
     for i in range(n):
         expected = rate[i]
         for j in range(n):
@@ -46,31 +49,77 @@ def bent(
         for j in range(nu):
             expected += a[i, n + j] * h * slope_u[j]
         off = abs(arrived[i] - expected)
-        if off > most * usual[i]:
-            most = off / usual[i] if usual[i] > 0.0 else np.inf
-    return most
+        if off > limit * usual[i]:
+            if not settles:
+                return True
+            if not known:
+                known = True
+                f_x(there, ahead, p, by_x)
+            settling = min(-a[i, i], -by_x[i, i])
+            if not off <= limit * usual[i] * (1.0 + h * max(settling, 0.0)):
+                return True
+    return False
+
+
+@compiled
+def stiffen(a: Array, x: Array, there: Array, rate: Array, arrived: Array, u_there: Array, u: Array) -> None:
+    """Let ``a`` foretell the rate ``arrived`` at ``there``, where it fell short: the secant in place of the slope.
+
+    Friction that turns within a piece stops the body there and then; a slope beside the turn would throw it across.
+    """
+    n, nu = len(x), len(u)
+    for i in range(n):
+        off = arrived[i] - rate[i]
+        for j in range(n):
+            off -= a[i, j] * (there[j] - x[j])
+        for j in range(nu):
+            off -= a[i, n + j] * (u_there[j] - u[j])
+        if off * (there[i] - x[i]) < 0.0:
+            a[i, i] += off / (there[i] - x[i])
 
 
 @compiled
 def reach(
-    f: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, na: int, whole: float,
-    left: int, ramped: bool, change: Array, integral: Array, ramp: Array, change_1: Array, integral_1: Array,
-    ramp_1: Array, usual: Array, there: Array, ahead: Array, arrived: Array, term: Array, space: Array, halves: Array,
-) -> int:  # fmt: skip
-    """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., no more than ``left``.
+    f: Rate, f_x: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, na: int,
+    whole: float, left: int, ramped: bool, ladder: Array, built: int, change: Array, integral: Array, ramp: Array, usual: Array,
+    there: Array, ahead: Array, arrived: Array, by_x: Array, term: Array, space: Array, halves: Array,
+) -> tuple[int, int]:  # fmt: skip
+    """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., or all that are ``left``.
 
     ``change``, ``integral`` and ``ramp`` get what ``transition`` gives for that far. The shorter a piece, the more its
-    rate may be off: what it does to the state counts.
+    rate may be off: what it does to the state counts. ``ladder`` (RUNGS, 3, n, n) holds those of all lengths, the first
+    ``built`` of them for this ``a``; how many are there afterwards is returned, too. Where even the shortest piece has
+    a kink in it, ``a`` changes (``stiffen``).
     """
-    transition(a, na, whole / FINEST, ramped, change, integral, ramp, term, space, halves)
-    length = 1
+    if built == 0:
+        transition(a, na, whole / FINEST, ramped, ladder[0, 0], ladder[0, 1], ladder[0, 2], term, space, halves)
+        built = 1
+    limit, length, rung = KINK * (FINEST / FINE), 1, 0
     while 2 * length <= left:
-        change_1[:], integral_1[:], ramp_1[:] = change, integral, ramp
-        double(change, integral, ramp, na, ramped, space)
-        h = whole * (2 * length / FINEST)
-        off = bent(f, x, u, slope_u, p, rate, push, a, integral, h, usual, there, ahead, arrived)
-        if off * 2 * length > KINK * (FINEST / FINE):
-            change[:], integral[:], ramp[:] = change_1, integral_1, ramp_1
+        if rung + 1 == built:
+            ladder[built] = ladder[rung]
+            double(ladder[built, 0], ladder[built, 1], ladder[built, 2], na, ramped, space)
+            built += 1
+        h, after = whole * (2 * length / FINEST), ladder[rung + 1, 1]
+        if bent(
+            f, f_x, x, u, slope_u, p, rate, push, a, after, h, limit / (2 * length), True, usual,
+            there, ahead, arrived, by_x,
+        ):  # fmt: skip
             break
-        length *= 2
-    return length
+        length, rung = 2 * length, rung + 1
+    if length < left < 2 * length:
+        h = whole * (left / FINEST)
+        transition(a, na, h, ramped, change, integral, ramp, term, space, halves)
+        if not bent(
+            f, f_x, x, u, slope_u, p, rate, push, a, integral, h, limit / left, True, usual,
+            there, ahead, arrived, by_x,
+        ):  # fmt: skip
+            return left, built
+    if length == 1:
+        h, after = whole / FINEST, ladder[0, 1]
+        if bent(f, f_x, x, u, slope_u, p, rate, push, a, after, h, KINK, True, usual, there, ahead, arrived, by_x):
+            stiffen(a, x, there, rate, arrived, ahead, u)
+            transition(a, na, h, ramped, ladder[0, 0], ladder[0, 1], ladder[0, 2], term, space, halves)
+            built = 0
+    change[:], integral[:], ramp[:] = ladder[rung, 0], ladder[rung, 1], ladder[rung, 2]
+    return length, built
