@@ -81,10 +81,10 @@ def stiffen(a: Array, x: Array, there: Array, rate: Array, arrived: Array, u_the
 @compiled
 def reach(
     f: Rate, f_x: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, na: int,
-    whole: float, left: int, ramped: bool, ladder: Array, built: int, change: Array, integral: Array, ramp: Array, usual: Array,
-    there: Array, ahead: Array, arrived: Array, by_x: Array, term: Array, space: Array, halves: Array,
+    whole: float, left: int, ramped: bool, ladder: Array, built: int, change: Array, integral: Array, ramp: Array,
+    usual: Array, there: Array, ahead: Array, arrived: Array, by_x: Array, term: Array, space: Array, halves: Array,
 ) -> tuple[int, int]:  # fmt: skip
-    """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., or all that are ``left``.
+    """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., or all ``left``.
 
     ``change``, ``integral`` and ``ramp`` get what ``transition`` gives for that far. The shorter a piece, the more its
     rate may be off: what it does to the state counts. ``ladder`` (RUNGS, 3, n, n) holds those of all lengths, the first

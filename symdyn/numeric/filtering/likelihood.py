@@ -12,6 +12,7 @@ from symdyn.numeric.filtering.beliefs import Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.parameter_step import At, columns, parameter_step
+from symdyn.numeric.filtering.scale import as_believed
 from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def fit(
     """Fisher scoring on -log L, by turns of the parameters that ``beliefs`` names and of the noise.
 
     One of them that gains less than ``settled`` nats waits until the other does, too. It ends when both together gain
-    less, or after ``most`` rounds.
+    less, or after ``most`` rounds, with all forces as large as is believed most, where nothing else tells.
     """
     names = bool(beliefs)
     bench = _scaled(bench, p)
@@ -72,7 +73,8 @@ def fit(
             of_parameters, of_noise = before - between >= settled, between - at.loss >= settled
         elif before - at.loss < settled:
             of_parameters, of_noise = names, True
-    return MLFit(beliefs, at.p, bench, at.loss)
+    bench, p, loss = as_believed(bench, at.p, at.loss, beliefs)
+    return MLFit(beliefs, p, bench, loss)
 
 
 def _scaled(bench: FilterBench, p: Array) -> FilterBench:

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 FIRST_DAMPING, LEAST_DAMPED, MOST_DAMPED = 1e-3, 1e-9, 1e9  # of the curvature
 AGAIN = 1.0  # damping after a step that led nowhere
 LONGEST = 2.0  # step of a logarithm
+RELATIVE = 0.7  # of a value, up to which a step is one of its logarithm
 MODEST = 1e-6  # curvature that is added where there is none at all
 
 
@@ -63,13 +64,24 @@ def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: 
         step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
         trial = p.copy()
         if np.max(np.abs(step[positive]), initial=0.0) < LONGEST:
-            trial[where] = [b.value(x) for b, x in zip(known, here + scale * step, strict=True)]
+            trial[where] = [_moved(b, x, by) for b, x, by in zip(known, here, scale * step, strict=True)]
             found = bench.filtered(trial).loss + penalty(trial, bench.index, beliefs)
             if found < at.loss:
                 return At(trial, found, max(damping / 10.0, LEAST_DAMPED))
         damping *= growth
         growth *= 2.0
     return None
+
+
+def _moved(known: Belief, coordinate: float, step: float) -> float:
+    """The value a step away. What changes by a part of itself is multiplied, like what is positive.
+
+    Where nothing tells a force's size (a motor whose torque constant is free), all forces and inertias may grow
+    together: so that is a straight way.
+    """
+    if known.positive or not abs(step) < RELATIVE * abs(coordinate):
+        return known.value(coordinate + step)
+    return known.value(coordinate * float(np.exp(step / coordinate)))
 
 
 def columns(done: Pass, p: Array, where: Sequence[int], known: Sequence[Belief]) -> Array:

@@ -1,0 +1,45 @@
+"""How large all forces and masses are together: nothing tells it where none of them is known or was measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.beliefs import Beliefs, penalty
+from symdyn.numeric.filtering.bench import FilterBench
+
+Array = NDArray[np.float64]
+
+FORCES = ("N", "kg")  # first in the unit of what is in proportion to force
+WORTH = 0.1  # nats of the prior: less is not worth a run of the filter
+
+
+def as_believed(bench: FilterBench, p: Array, loss: float, beliefs: Beliefs) -> tuple[FilterBench, Array, float]:
+    """All forces and masses larger by one factor, the one that is believed most; or all as it was.
+
+    The motion stays the same by that. A fit that goes from slope to slope has no sure way there: to the likelihood it
+    is flat, and beside it steep.
+    """
+    heavy = np.array([unit.split()[0].split("/")[0] in FORCES for unit in bench.kernel.parameter_units], dtype=bool)
+    forces = np.flatnonzero(heavy & (p[: len(heavy)] != 0.0))
+    free = {bench.index[name]: belief for name, belief in beliefs.items()}
+    if any(i not in free for i in forces):
+        return bench, p, loss
+    slope, curvature = 0.0, 0.0
+    for i in forces:
+        belief = free[i]
+        change = 1.0 if belief.positive else p[i]
+        slope += change * (belief.centre - belief.coordinate(p[i])) / belief.spread**2
+        curvature += (change / belief.spread) ** 2
+    if not slope**2 > 2.0 * WORTH * curvature:
+        return bench, p, loss
+    factor = float(np.exp(slope / curvature))
+    trial = p.copy()
+    trial[forces] *= factor
+    pushed = ~np.any(bench.noise.directions[~heavy], axis=0)  # unknown forces grow along
+    noise = replace(bench.noise, power=np.where(pushed, factor**2, 1.0) * bench.noise.power)
+    scaled = bench.with_noise(noise)
+    found = scaled.filtered(trial).loss + penalty(trial, bench.index, beliefs)
+    return (scaled, trial, found) if found < loss else (bench, p, loss)
