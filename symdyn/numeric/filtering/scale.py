@@ -23,7 +23,7 @@ def as_believed(bench: FilterBench, p: Array, loss: float, beliefs: Beliefs) -> 
     is flat, and beside it steep.
     """
     heavy = np.array([unit.split()[0].split("/")[0] in FORCES for unit in bench.kernel.parameter_units], dtype=bool)
-    forces = np.flatnonzero(heavy & (p[: len(heavy)] != 0.0))
+    forces = [int(i) for i in np.flatnonzero(heavy & (p[: len(heavy)] != 0.0))]
     free = {bench.index[name]: belief for name, belief in beliefs.items()}
     if any(i not in free for i in forces):
         return bench, p, loss
