@@ -21,6 +21,7 @@ from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
+from symdyn.numeric.rounding import with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
@@ -75,7 +76,8 @@ def _diagnose(
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
-    return conclude(replace(inquiry, findings=findings), training.name, heldout.name, skew)
+    inquiry = with_resolutions(replace(inquiry, findings=findings))
+    return conclude(inquiry, training.name, heldout.name, skew)
 
 
 def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:

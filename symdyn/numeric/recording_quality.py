@@ -98,14 +98,30 @@ def clipped(values: Samples) -> tuple[float, float]:
 
 def quantisation_noise(values: Samples) -> float:
     """Standard deviation of rounding to the steps that the values lie on, step / sqrt(12); 0 where there are none."""
-    gaps = np.diff(np.unique(values))
-    gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]  # less is the rounding of a unit's factor
+    found = steps_of(values)
+    return 0.0 if found is None else found[0] / math.sqrt(12.0)
+
+
+def steps_of(values: Samples) -> tuple[float, float] | None:
+    """The steps that values lie on, with their standard error; None where they lie on none."""
+    levels = np.unique(values)
+    gaps = np.diff(levels)
+    apart = gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)  # less is the rounding of a unit's factor
+    gaps, levels = gaps[apart], levels[1:][apart]
     if len(gaps) < 2:
-        return 0.0
+        return None
     step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
     multiples = gaps / step
     on_grid = np.abs(multiples - np.round(multiples)) < 0.05
-    return step / math.sqrt(12.0) if np.mean(on_grid) > 0.95 else 0.0
+    if np.mean(on_grid) <= 0.95:
+        return None
+    counts = np.cumsum(np.round(multiples))
+    if len(counts) < FEWEST_LEVELS or not np.all(on_grid):
+        return step, step / counts[-1]
+    off = levels - levels.mean()  # digits that a file left out average out over all levels
+    counts = counts - counts.mean()
+    slope = float(counts @ off / (counts @ counts))
+    return slope, float(np.std(off - slope * counts) / math.sqrt(counts @ counts))
 
 
 def skew(early: Samples, late: Samples, step: float) -> Skew | None:

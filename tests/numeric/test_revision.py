@@ -110,6 +110,28 @@ def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float)
     assert declared(found.diagnosed)[1] == replace(Reading(), **{fault: pytest.approx(told.value, rel=1e-6)})
 
 
+@pytest.mark.parametrize("count", [1000, 100_000])
+def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(count: int) -> None:
+    """Steps of 2 pi / 1000 hide the noise of the torques; those of 2 pi / 100 000 are hidden by it."""
+    step, runs = 2.0 * math.pi / count, []
+    for seed in (1, 2):
+        shown = run(seed)
+        channels = dict(shown.channels)
+        at = Quantity.POSITION, "two", Side.LINK
+        channels[at] = np.round(np.round(channels[at] / step) * step, 6)
+        runs.append(replace(shown, channels=channels))
+    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
+    coarse = count == 1000
+    assert [(f.effect, f.place) for f in found.findings] == ([("encoder", "two")] if coarse else [])
+    assert not found.remaining.structured
+    if coarse:
+        told = found.findings[0].parameters["resolution"]
+        assert told.se is not None
+        assert told.value == pytest.approx(step, abs=4.0 * told.se)
+        assert told.se < 1e-4 * step
+        assert diagnose(found.diagnosed, *runs).findings == ()  # it is known now
+
+
 def test_an_encoder_that_is_off_at_the_first_joint_is_a_tilted_base() -> None:
     """No motion of a flat arm tells them apart: the one number comes first, the other is its rival."""
     robot = robot_from_text(ARM_OF_TWO, "two.toml")

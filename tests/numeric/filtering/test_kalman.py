@@ -12,8 +12,10 @@ from scipy import linalg
 from symdyn.compiler import compile_robot, load_robot
 from symdyn.derive.coordinates import coordinates
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.filtering.beliefs import Belief, penalty
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
 from symdyn.numeric.filtering.kalman import SURPRISE
+from symdyn.numeric.filtering.scale import FORCES, as_believed
 from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
@@ -131,6 +133,33 @@ def test_a_kink_widens_what_comes_after_it_however_many_parts_a_step_has(kernel:
     s = replace(s, y=shown)  # nothing surprises
     once, often = (FilterBench(kernel, s, quiet, substeps=parts).filtered(p) for parts in (1, 4))
     np.testing.assert_allclose(once.variances, often.variances, rtol=0.03)
+
+
+def test_the_size_of_all_forces_is_that_believed_and_moves_nothing(kernel: Kernel) -> None:
+    """Voltage in, motion out: forces and masses may all be larger by one factor, unknown forces along with them."""
+    p = kernel.values
+    names = tuple(
+        name
+        for name, unit in zip(kernel.parameters, kernel.parameter_units, strict=True)
+        if unit.split()[0].split("/")[0] in FORCES and p[kernel.parameters.index(name)] > 0.0
+    )
+    noisy = noise(kernel, 1)
+    noisy.directions[:] = 0.0
+    noisy.directions[kernel.parameters.index("T_f"), 0] = 1.0
+    bench = FilterBench(kernel, made(kernel), noisy)
+    where = [bench.index[name] for name in names]
+    beliefs = {name: Belief(positive=True, centre=float(np.log(p[bench.index[name]])), spread=0.4) for name in names}
+    heavy = p.copy()
+    heavy[where] *= 2.0
+    larger = bench.with_noise(replace(noisy, power=4.0 * noisy.power))
+    loss = larger.filtered(heavy).loss
+    assert loss == pytest.approx(bench.filtered(p).loss, abs=1e-5)
+    scaled, found, lower = as_believed(larger, heavy, loss + penalty(heavy, bench.index, beliefs), beliefs)
+    np.testing.assert_allclose(found, p, rtol=1e-12)
+    assert scaled.noise.power == pytest.approx(noisy.power)
+    assert lower == pytest.approx(loss, abs=1e-5)
+    del beliefs[names[0]]  # one that is known tells the size of all
+    assert as_believed(larger, heavy, loss, beliefs)[1] is heavy
 
 
 def test_a_gap_starts_anew_and_a_missing_sample_is_left_out(kernel: Kernel) -> None:

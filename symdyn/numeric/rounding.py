@@ -1,0 +1,73 @@
+"""Encoders whose steps leave most of what is left: nothing in a model is missing then, but what the encoder shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from symdyn.numeric.explanation import Revised
+from symdyn.numeric.findings import Estimate, Finding
+from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.observation import low_pass
+from symdyn.numeric.recording import ChannelKey
+from symdyn.numeric.setting import Setting
+from symdyn.physics.effect import DISPLACEMENT
+from symdyn.spec.places import places
+from symdyn.spec.records import Quantity
+
+MOSTLY = 0.5  # of the power of what is left on held-out data
+ENCODER, RESOLUTION = "encoder", "resolution"
+APART = (3.0 - 3.0**0.5) / 6.0  # of a step: rounding errors that far apart on the scale are not correlated
+
+
+def with_resolutions(inquiry: Inquiry) -> Inquiry:
+    """With a finding for each encoder that the model gives no steps, and whose steps tell most of what is left.
+
+    What rounding does is measured: the positions, smoothed, go the same way to the residual as they are, and rounded to
+    another scale with the same steps. The difference is like what the encoder's own rounding left: a sawtooth, whose
+    power is where it is in the band, however slowly the joint turns.
+    """
+    setting, case, current = inquiry.setting, inquiry.case, inquiry.current
+    known = {e.at for e in setting.robot.effects if e.type == ENCODER and RESOLUTION in dict(e.values)}
+    at = {place.address: place for place in places(setting.robot)}
+    steps = setting.heldout.steps
+    for joint in setting.joints:
+        keys = [key for key in steps if key[:2] == (Quantity.POSITION, joint)]
+        if not keys or joint in known or not np.any(current.heldout):
+            continue
+        smooth = _shown(setting, dict.fromkeys(keys, 0.0), case.judge.observation.cutoff)
+        rounded = _shown(setting, {key: steps[key][0] for key in keys}, case.judge.observation.cutoff)
+        ends = [
+            case.residual(shown.case(*inquiry.band).judged, current) * current.weight for shown in (smooth, rounded)
+        ]
+        share = float(np.sum((ends[1] - ends[0]) ** 2) / np.sum((current.heldout * current.weight) ** 2))
+        if share < MOSTLY:
+            continue
+        estimate = Estimate(*steps[keys[0]], DISPLACEMENT[at[joint].motion])
+        earlier = next((r for r in setting.revised if (r.effect, r.place) == (ENCODER, joint)), None)
+        values = {**(earlier.values if earlier else {}), RESOLUTION: estimate}
+        setting = setting.with_revision(Revised(ENCODER, "encoder resolution", joint, values))
+        before = case.errors(current).heldout
+        after = before * math.sqrt(max(1.0 - share, 0.0))
+        found = Finding(ENCODER, "encoder resolution", joint, {RESOLUTION: estimate}, before, after, 0.0, ())
+        told = f"the steps of the encoder at {joint} leave {100.0 * min(share, 1.0):.0f} % of what is left"
+        inquiry = replace(inquiry, findings=(*inquiry.findings, found)).noting(f"{told}: nothing smaller can be told")
+    case = replace(case, revised=setting.revised)
+    return replace(inquiry, setting=setting, case=case)
+
+
+def _shown(setting: Setting, steps: Mapping[ChannelKey, float], cutoff: float) -> Setting:
+    """The same setting, these channels of its held-out recording without what is quicker, and in such steps."""
+    recording = setting.heldout
+    channels, rate = dict(recording.channels), 1.0 / recording.sample_time
+    for key, step in steps.items():
+        smooth = channels[key].copy()
+        for part in recording.segments:
+            smooth[part] = low_pass(smooth[part], rate, cutoff)
+        if step:
+            smooth = (np.round(smooth / step + APART) - APART) * step
+        channels[key] = smooth
+    return replace(setting, heldout=replace(recording, channels=channels), _shown={})
