@@ -68,7 +68,7 @@ def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, sp
             force, load = _forces(springs, last, p, x_mid, v_mid, t + 0.5 * h, z_mid, loop_mid, motor[2] * i_mid, at)
             after = v + h * force / chain
             for i in range(n):
-                forwards[i], backwards[i] = laws.dry_levels(p[i], x[i], v[i], load)
+                forwards[i], backwards[i] = laws.dry_levels(p[i], x_mid[i], v_mid[i], load)
             forwards[n - 2] += last[MU] * abs(load)
             backwards[n - 2] += last[MU] * abs(load)
             laws.hold(after, mobility, forwards, backwards, dry)

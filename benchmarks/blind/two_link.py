@@ -130,7 +130,7 @@ def simulate(body, p, limit, gravity, reference, speeds, noise, steps):
                 v_mid[i] = v[i] + mobility[i, 0] * (force[0] + dry[0]) + mobility[i, 1] * (force[1] + dry[1])
                 laws.advance_states(p[i], v_mid[i], z[i], 0.5 * h, z_mid[i])
                 # the load is what link and rotor need, of the step before
-                forwards[i], backwards[i] = laws.dry_levels(p[i], q[i], v[i], applied[i] + dry[i])
+                forwards[i], backwards[i] = laws.dry_levels(p[i], q_mid[i], v_mid[i], applied[i] + dry[i])
             _force(body, gravity, p, q_mid, v_mid, t + 0.5 * h, z_mid, applied, force)
             _mobility(body, p, q_mid, h, mobility)
             for i in range(2):

@@ -13,8 +13,8 @@ from symdyn.numeric.hybrid.compiled import compiled
 Array = NDArray[np.float64]
 Rate = Callable[[Array, Array, Array, Array], None]
 
-KINK = 0.02  # of a usual rate: what the slope at the start of a step does not foretell of its end
-FINE = 32  # pieces of a step with a kink in it may each be off by this part of what a step may
+KINK = 0.005  # of a usual rate: what the slope at the start of a step does not foretell of its end
+FINE = 8  # pieces of a step with a kink in it may each be off by this part of what a step may
 FINEST = 1024  # pieces of a step, at most
 RUNGS = 11  # lengths of pieces: 1, 2, 4, ..., FINEST
 
