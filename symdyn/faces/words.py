@@ -72,7 +72,7 @@ def verdict_words(diagnosis: Diagnosis) -> str:
 def error_words(diagnosis: Diagnosis) -> str:
     """One sentence: the error on data that nothing was fitted to."""
     before, after = diagnosis.before.heldout, diagnosis.after.heldout
-    if not diagnosis.findings:
+    if not diagnosis.findings or percent(before) == percent(after):
         return f"Held-out error is {percent(after)}."
     return f"Held-out error {'fell' if after < before else 'went'} from {percent(before)} to {percent(after)}."
 

@@ -51,14 +51,14 @@ class Recording:
 
     def has(self, quantity: Quantity, joint: str, side: Side | None = None) -> bool:
         """Whether the quantity was measured at the joint (``side`` None: at either side)."""
-        return self._key(quantity, joint, side) is not None
+        return self.key(quantity, joint, side) is not None
 
     def channel(self, quantity: Quantity, joint: str, side: Side | None = None) -> NDArray[np.float64]:
         """The (N,) samples of a quantity; with ``side`` None the link's before the motor's.
 
         Raises InputError (SD510) when it was not measured.
         """
-        key = self._key(quantity, joint, side)
+        key = self.key(quantity, joint, side)
         if key is None:
             at = f" at the {side} side" if side else ""
             there = "; ".join(f"{q} of {j} ({s})" for q, j, s in self.channels)
@@ -66,7 +66,8 @@ class Recording:
             raise InputError(Problem("SD510", message, hint=f"measured there: {there}"))
         return self.channels[key]
 
-    def _key(self, quantity: Quantity, joint: str, side: Side | None) -> ChannelKey | None:
+    def key(self, quantity: Quantity, joint: str, side: Side | None = None) -> ChannelKey | None:
+        """Which channel shows the quantity; with ``side`` None the link's before the motor's. None where none does."""
         sides = (side,) if side else (Side.LINK, Side.MOTOR)
         return next((key for s in sides if (key := (quantity, joint, s)) in self.channels), None)
 

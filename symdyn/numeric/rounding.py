@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -35,18 +34,17 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     at = {place.address: place for place in places(setting.robot)}
     steps = setting.heldout.steps
     for joint in setting.joints:
-        keys = [key for key in steps if key[:2] == (Quantity.POSITION, joint)]
-        if not keys or joint in known or not np.any(current.heldout):
+        used = setting.heldout.key(Quantity.POSITION, joint)
+        if used is None or used not in steps or joint in known or not np.any(current.heldout):
             continue
-        smooth = _shown(setting, dict.fromkeys(keys, 0.0), case.judge.observation.cutoff)
-        rounded = _shown(setting, {key: steps[key][0] for key in keys}, case.judge.observation.cutoff)
+        smooth, rounded = (_shown(setting, used, step, case.judge.observation.cutoff) for step in (0.0, steps[used][0]))
         ends = [
             case.residual(shown.case(*inquiry.band).judged, current) * current.weight for shown in (smooth, rounded)
         ]
         share = float(np.sum((ends[1] - ends[0]) ** 2) / np.sum((current.heldout * current.weight) ** 2))
         if share < MOSTLY:
             continue
-        estimate = Estimate(*steps[keys[0]], DISPLACEMENT[at[joint].motion])
+        estimate = Estimate(*steps[used], DISPLACEMENT[at[joint].motion])
         earlier = next((r for r in setting.revised if (r.effect, r.place) == (ENCODER, joint)), None)
         values = {**(earlier.values if earlier else {}), RESOLUTION: estimate}
         setting = setting.with_revision(Revised(ENCODER, "encoder resolution", joint, values))
@@ -59,15 +57,12 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     return replace(inquiry, setting=setting, case=case)
 
 
-def _shown(setting: Setting, steps: Mapping[ChannelKey, float], cutoff: float) -> Setting:
-    """The same setting, these channels of its held-out recording without what is quicker, and in such steps."""
+def _shown(setting: Setting, key: ChannelKey, step: float, cutoff: float) -> Setting:
+    """The same setting, this channel of its held-out recording without what is quicker, and in such steps."""
     recording = setting.heldout
-    channels, rate = dict(recording.channels), 1.0 / recording.sample_time
-    for key, step in steps.items():
-        smooth = channels[key].copy()
-        for part in recording.segments:
-            smooth[part] = low_pass(smooth[part], rate, cutoff)
-        if step:
-            smooth = (np.round(smooth / step + APART) - APART) * step
-        channels[key] = smooth
-    return replace(setting, heldout=replace(recording, channels=channels), _shown={})
+    smooth = recording.channels[key].copy()
+    for part in recording.segments:
+        smooth[part] = low_pass(smooth[part], 1.0 / recording.sample_time, cutoff)
+    if step:
+        smooth = (np.round(smooth / step + APART) - APART) * step
+    return replace(setting, heldout=replace(recording, channels={**recording.channels, key: smooth}), _shown={})

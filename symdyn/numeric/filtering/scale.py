@@ -12,7 +12,6 @@ from symdyn.numeric.filtering.bench import FilterBench
 
 Array = NDArray[np.float64]
 
-FORCES = ("N", "kg")  # first in the unit of what is in proportion to force
 WORTH = 0.1  # nats of the prior: less is not worth a run of the filter
 
 
@@ -22,7 +21,7 @@ def as_believed(bench: FilterBench, p: Array, loss: float, beliefs: Beliefs) -> 
     The motion stays the same by that. A fit that goes from slope to slope has no sure way there: to the likelihood it
     is flat, and beside it steep.
     """
-    heavy = np.array([unit.split()[0].split("/")[0] in FORCES for unit in bench.kernel.parameter_units], dtype=bool)
+    heavy = np.array([of_force(unit) for unit in bench.kernel.parameter_units], dtype=bool)
     forces = [int(i) for i in np.flatnonzero(heavy & (p[: len(heavy)] != 0.0))]
     free = {bench.index[name]: belief for name, belief in beliefs.items()}
     if any(i not in free for i in forces):
@@ -43,3 +42,8 @@ def as_believed(bench: FilterBench, p: Array, loss: float, beliefs: Beliefs) -> 
     scaled = bench.with_noise(noise)
     found = scaled.filtered(trial).loss + penalty(trial, bench.index, beliefs)
     return (scaled, trial, found) if found < loss else (bench, p, loss)
+
+
+def of_force(unit: str) -> bool:
+    """Whether what has this unit is in proportion to force, as masses are."""
+    return unit.partition(" ")[0].partition("/")[0] in ("N", "kg")

@@ -15,7 +15,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.beliefs import Belief, penalty
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
 from symdyn.numeric.filtering.kalman import SURPRISE
-from symdyn.numeric.filtering.scale import FORCES, as_believed
+from symdyn.numeric.filtering.scale import as_believed, of_force
 from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
@@ -141,7 +141,7 @@ def test_the_size_of_all_forces_is_that_believed_and_moves_nothing(kernel: Kerne
     names = tuple(
         name
         for name, unit in zip(kernel.parameters, kernel.parameter_units, strict=True)
-        if unit.split()[0].split("/")[0] in FORCES and p[kernel.parameters.index(name)] > 0.0
+        if of_force(unit) and p[kernel.parameters.index(name)] > 0.0
     )
     noisy = noise(kernel, 1)
     noisy.directions[:] = 0.0
