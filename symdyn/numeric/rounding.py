@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -48,9 +47,8 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
         earlier = next((r for r in setting.revised if (r.effect, r.place) == (ENCODER, joint)), None)
         values = {**(earlier.values if earlier else {}), RESOLUTION: estimate}
         setting = setting.with_revision(Revised(ENCODER, "encoder resolution", joint, values))
-        before = case.errors(current).heldout
-        after = before * math.sqrt(max(1.0 - share, 0.0))
-        found = Finding(ENCODER, "encoder resolution", joint, {RESOLUTION: estimate}, before, after, 0.0, ())
+        error = case.errors(current).heldout  # stays: what rounding did is known in size, not in course
+        found = Finding(ENCODER, "encoder resolution", joint, {RESOLUTION: estimate}, error, error, 0.0, ())
         told = f"the steps of the encoder at {joint} leave {100.0 * min(share, 1.0):.0f} % of what is left"
         inquiry = replace(inquiry, findings=(*inquiry.findings, found)).noting(f"{told}: nothing smaller can be told")
     case = replace(case, revised=setting.revised)
