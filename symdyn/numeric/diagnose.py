@@ -25,7 +25,7 @@ from symdyn.numeric.rounding import with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
-from symdyn.numeric.skew import check_skew, effort_skew, skew_left, tells_nearly_all
+from symdyn.numeric.skew import check_skew, effort_skew, skew_left, tells_nearly_all, with_skew
 from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
@@ -76,7 +76,7 @@ def _diagnose(
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
-    inquiry = with_resolutions(replace(inquiry, findings=findings))
+    inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), skew))
     return conclude(inquiry, training.name, heldout.name, skew)
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import BadRecording, Problem
 from symdyn.numeric.explanation import LEVEL, Case, Explanation
+from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.free_form import FreeForm, fitted_of
+from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.regression import encompassing, fit_linear
 from symdyn.numeric.workbench import Workbench
 
@@ -21,6 +23,8 @@ HALF = 0.5  # if it tells more than all effects together
 SOME = 0.1  # worth naming
 STEPS = 0.5  # samples: smaller skews are those of any sampled system
 CERTAIN = 4.0  # standard errors
+
+CHANNEL_SKEW, RECORDING = "channel_skew", "recording"  # of a finding: effect and place
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +72,17 @@ def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) 
             hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
             raise BadRecording(Problem("SD529", message, hint=hint))
     return skew_left(case, final)
+
+
+def with_skew(inquiry: Inquiry, skew: Skew | None) -> Inquiry:
+    """With a finding where efforts that are late tell half of what is left beside the physics that was found."""
+    if skew is None or skew.share < HALF:
+        return inquiry
+    before = inquiry.case.errors(inquiry.current).heldout
+    after = before * float(np.sqrt(max(1.0 - skew.share, 0.0)))
+    told = {"delay": Estimate(skew.delay, skew.se, "s")}
+    found = Finding(CHANNEL_SKEW, "skew of the efforts' channels", RECORDING, told, before, after, skew.p_value, ())
+    return replace(inquiry, findings=(*inquiry.findings, found))
 
 
 def tells_nearly_all(case: Case, skew: Skew) -> bool:

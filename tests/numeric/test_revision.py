@@ -152,6 +152,22 @@ def test_gravity_that_the_model_leaves_out_is_found() -> None:
     assert not found.remaining.structured
 
 
+def test_efforts_that_are_late_are_named_beside_gravity() -> None:
+    runs = []
+    for seed in (1, 2):
+        shown = run(seed)
+        late = {
+            k: np.concatenate([v[:1].repeat(8), v[:-8]]) for k, v in shown.channels.items() if k[0] is Quantity.EFFORT
+        }
+        runs.append(replace(shown, channels={**shown.channels, **late}))
+    robot = robot_from_text(set_gravity(ARM_OF_TWO, (0.0, 0.0, 0.0)), "two.toml")
+    found = diagnose(robot, *runs)
+    assert [(f.effect, f.place) for f in found.findings] == [("gravity", "base"), ("channel_skew", "recording")]
+    delay = found.findings[1].parameters["delay"]
+    assert delay.se is not None
+    assert delay.value == pytest.approx(0.016, abs=max(4.0 * delay.se, 2e-4))
+
+
 def swung(seed: int, limit: float) -> Recording:
     """A pendulum under a controller whose drive gives no more than a limit; what it asked for is recorded."""
     rng = np.random.default_rng(seed)

@@ -47,7 +47,8 @@ def test_late_effort_beside_friction_is_told_and_the_friction_kept() -> None:
         return 0.3 * np.sign(v)
 
     found = diagnose(pendulum(), late(1, 5, friction), late(101, 5, friction))
-    assert [f.effect for f in found.findings] == ["coulomb_friction"]
+    assert [f.effect for f in found.findings] == ["coulomb_friction", "channel_skew"]
+    assert found.findings[1].parameters["delay"].value == pytest.approx(5 * STEP, rel=0.03)
     assert found.remaining.structured
     assert found.verdict in (Verdict.MISSING_PHYSICS, Verdict.UNEXPLAINED)
     (alarm,) = [alarm for alarm in found.alarms if "late against the motion" in alarm]
