@@ -29,7 +29,8 @@ VERDICT_MEANINGS: Mapping[Verdict, str] = MappingProxyType(
         ),
         Verdict.MISSING_PHYSICS: (
             "Each effect below was chosen and fitted on the training recording alone, and lowers the error on the "
-            "held-out recording by more than chance; no other known effect does as well in its place."
+            "held-out recording by more than chance (an encoder's steps do not: they stand in the recording itself); "
+            "no other known effect does as well in its place."
         ),
         Verdict.AMBIGUOUS: (
             "Something is missing, but for at least one finding another known effect explains the recordings "
