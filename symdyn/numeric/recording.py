@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import BadRecording, InputError, Problem, Where
 from symdyn.numeric.recording_checks import check_channels
-from symdyn.numeric.recording_quality import check_sensors, quantisation_noise, steps_of
+from symdyn.numeric.recording_quality import check_sensors, quantisation_noise
 from symdyn.numeric.recording_time import check_time, split_at_gaps
 from symdyn.numeric.tables import read_table
 from symdyn.numeric.tables.raw_table import RawTable
@@ -42,12 +42,6 @@ class Recording:
     def quantisation(self) -> Mapping[ChannelKey, float]:
         """Noise of rounding of each channel, a standard deviation in SI units; 0 where it has no steps."""
         return {key: quantisation_noise(values) for key, values in self.channels.items()}
-
-    @property
-    def steps(self) -> Mapping[ChannelKey, tuple[float, float]]:
-        """Steps that the values of a channel lie on, in SI units, with their standard errors; without the others."""
-        found = {key: steps_of(values) for key, values in self.channels.items()}
-        return {key: steps for key, steps in found.items() if steps is not None}
 
     def has(self, quantity: Quantity, joint: str, side: Side | None = None) -> bool:
         """Whether the quantity was measured at the joint (``side`` None: at either side)."""

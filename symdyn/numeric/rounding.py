@@ -11,6 +11,7 @@ from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.observation import low_pass
 from symdyn.numeric.recording import ChannelKey
+from symdyn.numeric.recording_quality import steps_of
 from symdyn.numeric.setting import Setting
 from symdyn.physics.effect import DISPLACEMENT
 from symdyn.spec.places import places
@@ -31,19 +32,19 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     setting, case, current = inquiry.setting, inquiry.case, inquiry.current
     known = {e.at for e in setting.robot.effects if e.type == ENCODER and RESOLUTION in dict(e.values)}
     at = {place.address: place for place in places(setting.robot)}
-    steps = setting.heldout.steps
     for joint in setting.joints:
         used = setting.heldout.key(Quantity.POSITION, joint)
-        if used is None or used not in steps or joint in known or not np.any(current.heldout):
+        steps = None if used is None else steps_of(setting.heldout.channels[used])
+        if used is None or steps is None or joint in known or not np.any(current.heldout):
             continue
-        smooth, rounded = (_shown(setting, used, step, case.judge.observation.cutoff) for step in (0.0, steps[used][0]))
+        smooth, rounded = (_shown(setting, used, step, case.judge.observation.cutoff) for step in (0.0, steps[0]))
         ends = [
             case.residual(shown.case(*inquiry.band).judged, current) * current.weight for shown in (smooth, rounded)
         ]
         share = float(np.sum((ends[1] - ends[0]) ** 2) / np.sum((current.heldout * current.weight) ** 2))
         if share < MOSTLY:
             continue
-        estimate = Estimate(*steps[used], DISPLACEMENT[at[joint].motion])
+        estimate = Estimate(*steps, DISPLACEMENT[at[joint].motion])
         earlier = next((r for r in setting.revised if (r.effect, r.place) == (ENCODER, joint)), None)
         values = {**(earlier.values if earlier else {}), RESOLUTION: estimate}
         setting = setting.with_revision(Revised(ENCODER, "encoder resolution", joint, values))
