@@ -83,9 +83,15 @@ STATES = 4  # bristles of LuGre and of Dahl, Bouc-Wen's loop, temperature
 
 
 @njit(cache=True)
+def drag(p, v):
+    """The force of smooth friction."""
+    return -p[VISCOUS] * v - p[VISCOUS_DIFFERENCE] * abs(v) - p[QUADRATIC] * v * abs(v)
+
+
+@njit(cache=True)
 def smooth_force(p, x, v, t, z):
     """The force of all effects of a coordinate but dry friction; ``z`` are its hidden states."""
-    force = -p[VISCOUS] * v - p[VISCOUS_DIFFERENCE] * abs(v) - p[QUADRATIC] * v * abs(v) - p[OFFSET]
+    force = drag(p, v) - p[OFFSET]
     force -= p[SPRING] * (x - p[SPRING_REST]) + p[CUBIC] * x * x * x
     if p[BALANCE_K] != 0.0:
         turn = p[BALANCE_CENTRE] - x

@@ -200,8 +200,17 @@ def _simulate(
             model.dof_frictionloss[:] = level
             data.qfrc_applied[:] = applied + push
             mujoco.mj_step(model, data)
-            load = applied + data.qfrc_constraint
+            load = applied + data.qfrc_constraint + _drag(p, data.qvel)
     return angles, torques
+
+
+@njit
+def _drag(p, v):
+    """What smooth friction takes off the load: that is what links, rotors and springs need."""
+    force = np.empty(len(v))
+    for i in range(len(v)):
+        force[i] = laws.drag(p[i], v[i])
+    return force
 
 
 @njit

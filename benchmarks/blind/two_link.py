@@ -129,8 +129,9 @@ def simulate(body, p, limit, gravity, reference, speeds, noise, steps):
                 q_mid[i] = q[i] + 0.5 * h * v[i]
                 v_mid[i] = v[i] + mobility[i, 0] * (force[0] + dry[0]) + mobility[i, 1] * (force[1] + dry[1])
                 laws.advance_states(p[i], v_mid[i], z[i], 0.5 * h, z_mid[i])
-                # the load is what link and rotor need, of the step before
-                forwards[i], backwards[i] = laws.dry_levels(p[i], q_mid[i], v_mid[i], applied[i] + dry[i])
+                # the load is what link, rotor and springs need: no friction; of the step before
+                load = applied[i] + dry[i] + laws.drag(p[i], v_mid[i])
+                forwards[i], backwards[i] = laws.dry_levels(p[i], q_mid[i], v_mid[i], load)
             _force(body, gravity, p, q_mid, v_mid, t + 0.5 * h, z_mid, applied, force)
             _mobility(body, p, q_mid, h, mobility)
             for i in range(2):

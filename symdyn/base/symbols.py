@@ -41,6 +41,11 @@ def hidden_rate(index: int) -> sp.Symbol:
     return sp.Symbol(f"zd_{index}", real=True)
 
 
+def load(index: int) -> sp.Symbol:
+    """Effort ``load_i`` that passes through the joint along ``q_i``."""
+    return sp.Symbol(f"load_{index}", real=True)
+
+
 def wrench(index: int) -> sp.Symbol:
     """Of a wrench on the tool: forces ``w_1`` to ``w_3``, moments ``w_4`` to ``w_6``."""
     return sp.Symbol(f"w_{index}", real=True)

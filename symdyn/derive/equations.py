@@ -14,6 +14,7 @@ from symdyn.derive.composite import mass_matrix
 from symdyn.derive.coordinates import Coordinate, coordinates, joint_coordinates
 from symdyn.derive.energy import energies
 from symdyn.derive.forces import Contribution, balance, totals
+from symdyn.derive.loads import Load, loads, under
 from symdyn.derive.newton_euler import inverse_dynamics
 from symdyn.derive.ports import Attachment, attachments
 from symdyn.derive.quantities import expression
@@ -75,6 +76,7 @@ class EquationsOfMotion:
     energy_steps: tuple[Step, ...]
     kinetic: sp.Expr
     potential: sp.Expr
+    loads: tuple[Load, ...] = ()  # of joints, on which the force of some contribution depends
 
     @property
     def attachments(self) -> tuple[Attachment, ...]:
@@ -83,13 +85,30 @@ class EquationsOfMotion:
     def required(self) -> tuple[tuple[Step, ...], tuple[sp.Expr, ...]]:
         """Inverse dynamics: the effort (n,) that actuators must supply along each coordinate, with its steps."""
         steps, efforts = self.of_effects()
-        return (*self.steps, *steps), tuple(a + b for a, b in zip(self.arm, efforts, strict=True))
+        total = [a + b for a, b in zip(self.arm, efforts, strict=True)]
+        names = [a.address for a in self.axes]
+        carried = tuple(Step(load.symbol, load.needed, f"load of {names[load.axis]}") for load in self.loads)
+        for c in self.loaded:
+            total = [a - b for a, b in zip(total, c.applied, strict=True)]
+        return (*self.steps, *steps, *carried), tuple(total)
+
+    @property
+    def loaded(self) -> tuple[Contribution, ...]:
+        """The contributions that depend on loads: friction that the acceleration decides, too."""
+        return tuple(c for c in self.contributions if any(c.depends_on(load.symbol) for load in self.loads))
+
+    def transmitted(self, efforts: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """(n,) what friction that depends on loads leaves of ``efforts`` (n,) along each coordinate."""
+        sizes, left = under(efforts, self.loads), list(efforts)
+        for c in self.loaded:
+            left = [a + sp.sympify(b).xreplace(sizes) for a, b in zip(left, c.applied, strict=True)]
+        return tuple(left)
 
     def of_effects(self) -> tuple[tuple[Step, ...], tuple[sp.Expr, ...]]:
-        """The share of the effects in it."""
-        steps = Steps()
+        """The share in it of those effects that depend on no load: affine in accelerations."""
+        steps, loaded = Steps(), self.loaded
         total = [sp.Integer(0)] * len(self.axes)
-        for c in self.contributions:
+        for c in (c for c in self.contributions if c not in loaded):
             name = f"{c.attachment.effect.identifier}_{c.attachment.address.replace('.', '_')}"
             for k, force in enumerate(sp.sympify(a) - b for a, b in zip(c.inertial, c.applied, strict=True)):
                 total[k] += steps.name(f"{name}_{k + 1}", force, c.attachment.origin) if force != 0 else 0
@@ -113,21 +132,24 @@ def equations_of_motion(robot: Robot) -> EquationsOfMotion:
     items = attachments(robot)
     kinetic, potential = energies(robot, energy_steps)
     stored_kinetic, stored_potential, _ = totals(items)
+    arm = tuple(sp.sympify(by_joint.get(c.address, 0)) for c in axes)
+    contributions = tuple(balance(item, axes) for item in items)
     return EquationsOfMotion(
         robot=robot,
         axes=axes,
         parameters=tuple(symbols.parameter(p.name) for p in robot.parameters),
         steps=steps.freeze(),
-        arm=tuple(sp.sympify(by_joint.get(c.address, 0)) for c in axes),
+        arm=arm,
         mass_steps=mass_steps.freeze(),
         arm_mass=arm_mass,
-        contributions=tuple(balance(item, axes) for item in items),
+        contributions=contributions,
         states=_told_apart([state for item in items for state in _states(item)]),
         inputs=_inputs(robot, axes, items),
         sensors=_told_apart(_sensors(items)),
         energy_steps=energy_steps.freeze(),
         kinetic=kinetic + stored_kinetic,
         potential=potential + stored_potential,
+        loads=loads(contributions, arm, axes),
     )
 
 

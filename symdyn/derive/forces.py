@@ -29,6 +29,10 @@ class Contribution:
     applied: tuple[sp.Expr, ...]
     actuation: tuple[sp.Expr, ...]
 
+    def depends_on(self, load: sp.Symbol) -> bool:
+        """Whether the force depends on the load of a joint, which follows from accelerations."""
+        return any(sp.sympify(force).has(load) for force in self.applied)
+
 
 def balance(item: Attachment, axes: Sequence[Coordinate]) -> Contribution:
     """Newton's way: the force along the port, spread over the coordinates by virtual work."""

@@ -90,7 +90,7 @@ def attachments(robot: Robot) -> tuple[Attachment, ...]:
         found.append(Attachment(item, address, at.get(address, _NO_CURRENT), values, motion, control, states))
     found = _through_amplifiers(_in_circuits(_through_transmissions(found), robot))
     _check_stages(found, robot, motors)
-    return _loaded(_in_circuits(found, robot))
+    return _loaded(_in_circuits(found, robot), robot)
 
 
 def _port(coordinate: Coordinate) -> Port:
@@ -222,9 +222,14 @@ def _in_circuits(found: list[Attachment], robot: Robot) -> list[Attachment]:
     return [replace(i, port=currents.get(i.address, i.port)) for i in found]
 
 
-def _loaded(found: list[Attachment]) -> tuple[Attachment, ...]:
-    """Each port with the force of the springs at its place; effects that sit at an end of a shaft go there."""
+def _loaded(found: list[Attachment], robot: Robot) -> tuple[Attachment, ...]:
+    """Each port with the force of the springs at its place; effects that sit at an end of a shaft go there.
+
+    At a joint with the effort that passes through it, which is named and follows from the equations as a whole.
+    """
     load: dict[str, sp.Expr] = {}
     for i in found:
         load[i.address] = load.get(i.address, sp.Integer(0)) + i.port.located(i.effect.conservative(i.values))
+    joints = {joint.name for joint in robot.joints}
+    load |= {c.address: symbols.load(k) for k, c in enumerate(coordinates(robot), start=1) if c.address in joints}
     return tuple(replace(i, port=replace(i.effect.seat(i.port), load=load[i.address])) for i in found)

@@ -10,6 +10,7 @@ import sympy as sp
 
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.forces import totals
+from symdyn.derive.loads import under
 from symdyn.derive.ports import Attachment
 from symdyn.physics.effect import PORT
 
@@ -39,7 +40,8 @@ def power_flows(equations: EquationsOfMotion) -> tuple[PowerFlow, ...]:
     """
     kinetic, potential, _ = totals(equations.attachments)
     links = PowerFlow(LINKS, ZERO, ZERO, equations.kinetic - kinetic + equations.potential - potential)
-    found = [links, *_told_apart([_flow(item) for item in equations.attachments]), *_efforts(equations)]
+    sizes = under(equations.actuation(), equations.loads)
+    found = [links, *_told_apart([_flow(item, sizes) for item in equations.attachments]), *_efforts(equations)]
     return tuple(f for f in found if (f.supplied, f.dissipated, f.stored) != (0, 0, 0))
 
 
@@ -49,10 +51,10 @@ def of_kind(flows: Sequence[PowerFlow], kind: str) -> Mapping[str, sp.Expr]:
     return {name: expression for name, expression in found.items() if expression != 0}
 
 
-def _flow(item: Attachment) -> PowerFlow:
+def _flow(item: Attachment, loads: Mapping[sp.Expr, sp.Expr]) -> PowerFlow:
     """The work that the effect does on its port and does not take from its own store is taken from the supply."""
     effect, port, values, states = item.effect, item.port, item.values, item.states
-    resisting = port.located(effect.force(PORT, values) + effect.damping(values))
+    resisting = port.located(effect.force(PORT, values) + effect.damping(values)).xreplace(loads)
     driving = effect.state_force(port, values, states, item.control)
     hidden = effect.stored_energy(values, states)
     rates = effect.rates(port, values, states, item.control)

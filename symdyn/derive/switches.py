@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -15,6 +15,7 @@ from symdyn.base.nonsmooth import clip, deadzone, outside, pushing, sign_of, ste
 from symdyn.derive.clocks import Clock, clocks
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.forces import Contribution
+from symdyn.derive.loads import under
 from symdyn.derive.power import PowerFlow, power_flows
 
 ZERO, HALF = sp.Integer(0), sp.Rational(1, 2)
@@ -70,6 +71,8 @@ def hybrid_equations(equations: EquationsOfMotion) -> HybridEquations:
 
     Raises InputError (SD451) for a jump that is no function of a speed, and for nested clearances.
     """
+    flows, loaded = power_flows(equations), [c in equations.loaded for c in equations.contributions]
+    equations = _under_effort(equations)
     found = _Finder(equations)
     for name, expression in _expressions(equations):
         found.look(name, expression)
@@ -94,9 +97,44 @@ def hybrid_equations(equations: EquationsOfMotion) -> HybridEquations:
         replace(
             f, supplied=in_mode(f.supplied), dissipated=sp.expand_mul(in_mode(f.dissipated)), stored=in_mode(f.stored)
         )
-        for f in power_flows(equations)
+        for f in flows
     )
-    return HybridEquations(_mapped(equations, in_mode), tuple(smooth), flows, clocks(equations))
+    frictions = {s.mode for s in smooth if s.kind is SwitchKind.FRICTION}
+    mapped = _mapped(equations, in_mode)
+    contributions = tuple(
+        replace(c, actuation=tuple(_straight(f, frictions, c) for f in c.actuation)) if depends else c
+        for depends, c in zip(loaded, mapped.contributions, strict=True)
+    )
+    return HybridEquations(replace(mapped, contributions=contributions), tuple(smooth), flows, clocks(equations))
+
+
+def _under_effort(equations: EquationsOfMotion) -> EquationsOfMotion:
+    """Friction that depends on loads as it follows from efforts, and so acts with inputs and hidden states."""
+    sizes = under(equations.actuation(), equations.loads)
+
+    def moved(item: Contribution) -> Contribution:
+        acting = tuple(a + sp.sympify(b).xreplace(sizes) for a, b in zip(item.actuation, item.applied, strict=True))
+        return replace(item, applied=(ZERO,) * len(acting), actuation=acting)
+
+    loaded = equations.loaded
+    changed = tuple(moved(c) if c in loaded else c for c in equations.contributions)
+    return replace(equations, contributions=changed, loads=())
+
+
+def _straight(force: sp.Expr, frictions: Set[sp.Symbol], item: Contribution) -> sp.Expr:
+    """What is right for either direction of slip, and a straight line between: at rest only its ends are laws.
+
+    Raises InputError (SD451) where another friction has a share in the load.
+    """
+    modes = sorted(sp.sympify(force).free_symbols & frictions, key=str)
+    if len(modes) > 1:
+        raise InputError(
+            Problem("SD451", f"{item.attachment.origin}: its load depends on the friction of another place",
+                    hint="simulate with --smoothing, which replaces jumps by slopes")
+        )  # fmt: skip
+    for mode in modes:
+        force = sum(((1 + s * mode) * HALF * force.subs(mode, s) for s in (1, -1)), ZERO)
+    return force
 
 
 def _expressions(equations: EquationsOfMotion) -> Iterator[tuple[str, sp.Expr]]:

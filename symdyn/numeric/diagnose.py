@@ -88,7 +88,7 @@ def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
     case, given = inquiry.case, inquiry.given
     if not tells_nearly_all(case, effort_skew(case, given)):
         return
-    search = Search(case.laws, given.training, given.design, given.weight)
+    search = Search(case.laws, given.fit.p, given.training, given.design, given.weight)
     earning, _ = rank(search, ready(inquiry.setting.proposed, case.robot, given.effects), LEVEL, progress)
     step, _ = first_that_earns(inquiry, earning[:FEW])
     check_skew(case, given, case, given if step is None else step[1])
@@ -167,7 +167,7 @@ def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], 
         return finding  # a sensor's fault, or gravity: it explains more than any effect does
     progress(f"looking for rivals of {finding.title} at {finding.place}")
     rest = case.explain(tuple(item for item in current.found if item is not mine[0]), current)
-    search = Search(case.laws, rest.training, rest.design, rest.weight)
+    search = Search(case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
     own = search.at(mine[0][0], current.fitted[current.found.index(mine[0])].shapes)
     rivals, group = [], list(finding.group)
     for other in ready(inquiry.setting.proposed, case.robot, rest.effects):

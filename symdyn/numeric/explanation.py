@@ -16,7 +16,7 @@ from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import fit_linear, likelier, solve_linear
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.workbench import Workbench
-from symdyn.physics import catalogue
+from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.records import Robot
 
@@ -27,6 +27,7 @@ CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
+TURNS = 4  # of a fit with friction by load, in each of which the load follows the last: a turn leaves a tenth
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
 SCALES = frozenset({Scan.SPEED, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
@@ -169,33 +170,35 @@ class Case:
         names = [c.parameter(s) for c, _ in found for s in c.linear]
         for candidate, _ in found:
             limits |= candidate_bounds(candidate)
-        added = self._added(self.laws, found, state)
         unknown = frozenset(name for r in self.revised for name in r.names.values())
         start = np.array([value for f in state for value in f.coefficients])
-        p, coefficients = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread, unknown)
+        loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
+        for _ in range(TURNS if loaded else 1):
+            added = self._added(self.laws, found, state, p)
+            p, start = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread, unknown)
         done, at = [], 0
         for f in state:
             count = len(f.coefficients)
-            done.append(Fitted(tuple(float(x) for x in coefficients[at : at + count]), f.shapes))
+            done.append(Fitted(tuple(float(x) for x in start[at : at + count]), f.shapes))
             at += count
         return p, done, float(np.sum((self._residual(self.laws, found, p, done) * weight) ** 2))
 
-    def _added(self, laws: Laws, found: Found, state: Sequence[Fitted]) -> Array:
+    def _added(self, laws: Laws, found: Found, state: Sequence[Fitted], p: Array) -> Array:
         """(K, n, e) columns of the linear parameters of all effects found."""
-        parts = [laws.spread(c, laws.columns(c, f.shapes)) for (c, _), f in zip(found, state, strict=True)]
+        parts = [laws.spread(c, laws.columns(c, f.shapes, p)) for (c, _), f in zip(found, state, strict=True)]
         return np.concatenate([np.zeros((*laws.bench.effort.shape, 0)), *parts], axis=2)
 
     def _residual(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         coefficients = np.array([value for f in state for value in f.coefficients])
         own = laws.bench.fitted(p, self.own)[0]
-        return np.asarray(own - self._added(laws, found, state) @ coefficients)
+        return np.asarray(own - self._added(laws, found, state, p) @ coefficients)
 
     def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
         parts = [laws.bench.fitted(p, self.own)[1]]
         for (candidate, _), f in zip(found, state, strict=True):
-            parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes)))
-            parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes)))
+            parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes, p)))
+            parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes, p)))
         return np.concatenate(parts, axis=2)
 
     def errors(self, of: Explanation) -> Errors:

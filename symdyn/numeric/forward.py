@@ -46,7 +46,7 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
     """Effect after effect, until none earns its place any more; ``open_`` revisions compete with them."""
     while len(inquiry.findings) < MAX_FINDINGS * len(inquiry.case.joints):
         case, current = inquiry.case, inquiry.current
-        search = Search(case.laws, current.training, current.design, current.weight)
+        search = Search(case.laws, current.fit.p, current.training, current.design, current.weight)
         proposed = ready(inquiry.setting.proposed, case.robot, current.effects)
         earning, refused = rank(search, proposed, LEVEL, _counted(progress, len(inquiry.findings) + 1))
         inquiry = inquiry.noting(

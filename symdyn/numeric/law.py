@@ -27,7 +27,7 @@ def refuted(case: Case, of: Explanation, remaining: Remaining) -> list[str]:
     labels, variables = [], remaining.variable.split(" and ")
     for (candidate, _), fitted in zip(of.found, of.fitted, strict=True):
         joint, here = case.laws.joint(candidate), f" of {candidate.place.address}"
-        force = case.laws.columns(candidate, fitted.shapes) @ np.array(fitted.coefficients)
+        force = case.laws.columns(candidate, fitted.shapes, of.fit.p) @ np.array(fitted.coefficients)
         if f"{_variable(case, joint, force)}{here}" in variables and all(v.endswith(here) for v in variables):
             labels.append(candidate.label)
     return labels

@@ -8,35 +8,62 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.carried import Friction
 from symdyn.numeric.probe import Key, Probe, key_of
 from symdyn.numeric.scan import axes, nudge, room
 from symdyn.numeric.workbench import Workbench
+from symdyn.physics import load_dependent
 
 Array = NDArray[np.float64]
 
 
 class Laws:
-    """Columns of candidates at their joints; once made, they serve every later step."""
+    """Columns of candidates at their joints; once made, they serve every later step.
 
-    def __init__(self, probes: Mapping[Key, Probe], bench: Workbench, joints: Sequence[str]) -> None:
-        self.probes, self.bench, self.joints = probes, bench, tuple(joints)
+    Those of friction that depends on the load depend on what the model makes of that: on its parameters ``p``.
+    """
+
+    def __init__(
+        self, probes: Mapping[Key, Probe], bench: Workbench, joints: Sequence[str], frictions: Sequence[Friction] = ()
+    ) -> None:
+        self.probes, self.bench, self.joints, self.frictions = probes, bench, tuple(joints), tuple(frictions)
         self._axes: dict[str, list[list[float]]] = {}
         self._known: dict[tuple[str, tuple[float, ...]], Array] = {}
+        self._under: dict[str, tuple[bytes, Array]] = {}  # of a candidate, the last, and under which parameters
 
     def joint(self, candidate: Candidate) -> int:
         return self.joints.index(candidate.place.address)
 
-    def columns(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
+    def columns(self, candidate: Candidate, shapes: Sequence[float], p: Array) -> Array:
         """(K, k) effort at the candidate's joint per unit of each linear parameter."""
+        if candidate.effect in load_dependent():
+            of, known = self._under.get(candidate.label, (b"", np.zeros(0)))
+            if of != p.tobytes():
+                known = self._columns(candidate, shapes, self.load(self.joint(candidate), p))
+                self._under[candidate.label] = p.tobytes(), known
+            return known
         key = (candidate.label, tuple(shapes))
         if key not in self._known:
-            probe, joint = self.probes[key_of(candidate)], self.joint(candidate)
-            forces = []
-            for unit in np.eye(len(candidate.linear)):
-                values = candidate.values(unit.tolist(), shapes)
-                forces.append(probe.force(candidate.effect, values, self.bench.observation, joint))
-            self._known[key] = self.bench.bring(np.stack(forces, axis=1)) * self.bench.moving[:, [joint]]
+            self._known[key] = self._columns(candidate, shapes)
         return self._known[key]
+
+    def load(self, joint: int, p: Array) -> Array:
+        """(N,) effort that passes through a joint: what the model needs there, less its friction."""
+        seen = self.bench.observation
+        load = (seen.tau - self.bench.raw_residual(p))[:, joint]
+        for friction in self.frictions:
+            if self.joint(friction.law) == joint:
+                values = friction.at(p, self.bench.index)
+                load = load - self.probes[key_of(friction.law)].force(friction.law.effect, values, seen, joint)
+        return np.asarray(load)
+
+    def _columns(self, candidate: Candidate, shapes: Sequence[float], load: Array | None = None) -> Array:
+        probe, joint = self.probes[key_of(candidate)], self.joint(candidate)
+        forces = []
+        for unit in np.eye(len(candidate.linear)):
+            values = candidate.values(unit.tolist(), shapes)
+            forces.append(probe.force(candidate.effect, values, self.bench.observation, joint, load))
+        return np.asarray(self.bench.bring(np.stack(forces, axis=1)) * self.bench.moving[:, [joint]])
 
     def room(self, candidate: Candidate, scanned: Sequence[float]) -> list[tuple[float, float]]:
         """Between which a fit may move each shape parameter."""
@@ -44,14 +71,14 @@ class Laws:
             self._axes[candidate.label] = axes(candidate, self.joint(candidate), self.bench)
         return [room(*of) for of in zip(candidate.shapes, self._axes[candidate.label], scanned, strict=True)]
 
-    def slopes(self, candidate: Candidate, coefficients: Sequence[float], shapes: Sequence[float]) -> Array:
+    def slopes(self, candidate: Candidate, coefficients: Sequence[float], shapes: Sequence[float], p: Array) -> Array:
         """(K, s) derivative of the effort with respect to each shape value."""
         found = []
         for i, value in enumerate(shapes):
             step = nudge(candidate.shapes[i], value)
             high, low = list(shapes), list(shapes)
             high[i], low[i] = value + step, value - step
-            change = (self.columns(candidate, high) - self.columns(candidate, low)) / (2.0 * step)
+            change = (self.columns(candidate, high, p) - self.columns(candidate, low, p)) / (2.0 * step)
             found.append(change @ np.asarray(coefficients))
         return np.stack(found, axis=1) if found else np.zeros((len(self.bench.effort), 0))
 

@@ -94,7 +94,7 @@ def _with(inquiry: Inquiry, rest: Explanation, added: Sequence[Candidate]) -> Ex
 
 
 def _tried(inquiry: Inquiry, rest: Explanation, candidate: Candidate) -> Trial:
-    search = Search(inquiry.case.laws, rest.training, rest.design, rest.weight)
+    search = Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
     trial = search.trial(candidate)
     return search.polished(trial) if len(candidate.shapes) > 1 else trial
 

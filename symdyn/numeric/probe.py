@@ -49,14 +49,20 @@ class Probe:
     memory: frozenset[str]  # effects with hidden states
     _index: Mapping[str, int] = field(repr=False)
 
-    def force(self, effect: str, values: Mapping[str, float], seen: Observation, joint: int) -> Array:
-        """(N,) effort that the joint must exert against the effect with these parameters, along the motion."""
+    def force(
+        self, effect: str, values: Mapping[str, float], seen: Observation, joint: int, load: Array | None = None
+    ) -> Array:
+        """(N,) effort that the joint must exert against the effect with these parameters, along the motion.
+
+        The probe has an inertia of one: a ``load`` (N,) in the place of the acceleration is the load of its joint.
+        """
         plain = self.kernel.values
         p = plain.copy()
         for name, value in values.items():
             if f"{JOINT}_{effect}_{name}" in self._index:  # a whole number is no parameter
                 p[self._index[f"{JOINT}_{effect}_{name}"]] = value
         q, qd, qdd = (np.ascontiguousarray(a[:, [joint]]) for a in (seen.q, seen.qd, seen.qdd))
+        qdd = qdd if load is None else load[:, None]
         batch = self.kernel.inverse_dynamics_p_batch
         required = (batch(q, qd, qdd, p) - batch(q, qd, qdd, plain))[:, 0]
         if effect in self.memory:

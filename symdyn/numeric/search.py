@@ -58,15 +58,15 @@ def within(schemas: Sequence[ParameterSchema], values: Array) -> bool:
 
 
 class Search:
-    """Tries candidates on top of a current explanation, linearised at its parameters.
+    """Tries candidates on top of a current explanation, linearised at its parameters ``p``.
 
     ``residual`` (K, n) and ``design`` (K, n, k) are those of the explanation, ``weight`` is (n,). The design is
     made orthonormal once; a candidate then costs products with its few columns, and leaving a block
     out is a small matrix less that block's share.
     """
 
-    def __init__(self, laws: Laws, residual: Array, design: Array, weight: Array) -> None:
-        self.laws, self.weight = laws, weight
+    def __init__(self, laws: Laws, p: Array, residual: Array, design: Array, weight: Array) -> None:
+        self.laws, self.p, self.weight = laws, p, weight
         self.target = residual * weight
         count, n = self.target.shape
         self._blocks = [slice(int(b[0]), int(b[-1]) + 1) for b in np.array_split(np.arange(count), FOLDS) if len(b)]
@@ -171,7 +171,7 @@ class Search:
 
     def _columns(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
         """(K, k) weighted, at the candidate's joint."""
-        return np.asarray(self.laws.columns(candidate, shapes) * self.weight[self.laws.joint(candidate)])
+        return np.asarray(self.laws.columns(candidate, shapes, self.p) * self.weight[self.laws.joint(candidate)])
 
     def _apart(self, columns: Array, joint: int) -> Array:
         """(K, n, k) what the current explanation does not hold of columns (K, k) at a joint."""

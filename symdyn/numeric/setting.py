@@ -11,6 +11,7 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
+from symdyn.numeric.carried import frictions, laws_of
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.laws import Laws
@@ -47,7 +48,7 @@ class Setting:
     @property
     def whole(self) -> Laws:
         """Training, without an analysis band."""
-        return Laws(self.probes, Workbench(self.kernel, read(self.seen, self.readings)), self.joints)
+        return self._of(Workbench(self.kernel, read(self.seen, self.readings)))
 
     def case(self, cutoff: float, motion: float | None = None) -> Case:
         """Both recordings in the band below ``cutoff`` Hz; ``motion`` is that of the positions, the same if None.
@@ -90,7 +91,10 @@ class Setting:
             recording = self.training if training else self.heldout
             self._shown[key] = observe(self.robot, self.kernel, recording, room)
         seen = read(self._shown[key], self.readings)
-        return Laws(self.probes, Workbench(self.kernel, seen, band_of(cutoff, seen.rate)), self.joints)
+        return self._of(Workbench(self.kernel, seen, band_of(cutoff, seen.rate)))
+
+    def _of(self, bench: Workbench) -> Laws:
+        return Laws(self.probes, bench, self.joints, frictions(self.robot))
 
 
 def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Callable[[str], None]) -> Setting:
@@ -100,7 +104,8 @@ def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Cal
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
     own = own_parameters(robot, Workbench(kernel, read(seen, readings)))
-    return Setting(robot, kernel, own, probes(proposed), proposed, training, heldout, seen, readings)
+    known = probes((*proposed, *laws_of(frictions(robot))))
+    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)
 
 
 def _can_be_told(candidate: Candidate, seen: Observation, joints: Sequence[str]) -> bool:

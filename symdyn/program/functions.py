@@ -43,11 +43,8 @@ def functions(
 def state_derivative(equations: EquationsOfMotion) -> Program:
     """d x / dt as a program of x, u and p alone, for those who need no other function."""
     work = _Functions(equations, None)
-    steps, efforts = equations.required()
-    required = work.lower("inverse_dynamics", (work.q, work.qd, work.qdd), efforts, steps)
-    bias = _at_zero(replace(required, name="bias_force"), (work.qdd,))
-    actuation = work.lower("actuation", (work.x, work.u), equations.actuation())
-    return work.state_derivative(work.forward_dynamics(work.mass_matrix(), bias), actuation)
+    forward = work.forward_dynamics(work.mass_matrix(), work.bias(work.affine()))
+    return work.state_derivative(forward, work.driving())
 
 
 class _Functions:
@@ -68,51 +65,50 @@ class _Functions:
 
     def all(self) -> tuple[Function, ...]:
         equations = self.equations
-        steps, efforts = equations.required()
-        required = self.lower("inverse_dynamics", (self.q, self.qd, self.qdd), efforts, steps)
-        mass = self.mass_matrix()
-        bias = _at_zero(replace(required, name="bias_force"), (self.qdd,))
+        required, affine, mass = self.required(), self.affine(), self.mass_matrix()
         energy = self.lower(
             "energy", (self.q, self.qd), (equations.kinetic, equations.potential), equations.energy_steps
         )
-        actuation = self.lower("actuation", (self.x, self.u), equations.actuation())
-        forward = self.forward_dynamics(mass, bias)
-        state = self.state_derivative(forward, actuation)
+        actuation, driving = self.actuation(), self.driving()
+        forward = self.forward_dynamics(mass, self.bias(affine))
+        state = self.state_derivative(forward, driving)
         tangent = effort_tangent(equations, self.smoothing)
         found = [
             Function(required, "Effort (n,) along each coordinate that the motion needs."),
-            Function(forward, "Acceleration (n,) under efforts tau."),
+            Function(self.transmitting(forward), "Acceleration (n,) under efforts tau."),
             Function(mass, "Mass matrix M (n, n): symmetric, positive definite."),
             Function(self.mass_matrix_inverse(mass), "Inverse of the mass matrix (n, n)."),
-            Function(bias, "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
+            Function(self.bias(required), "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
             Function(self.gravity(), "Effort (n,) that holds the arm against gravity."),
             Function(energy, "Kinetic and potential energy (2,) in J."),
             Function(actuation, "Effort (n,) that inputs and motor currents exert along each coordinate."),
             Function(state, "Time derivative of the state x = [q, qd, hidden states] under inputs u."),
             Function(
-                self.inverse_jacobian(tangent),
-                "d inverse_dynamics / d [q, qd], (n, 2 n); with respect to qdd it is the mass matrix.",
+                self.inverse_jacobian(required, tangent),
+                "d inverse_dynamics / d [q, qd], (n, 2 n)" + self.unless_loaded("qdd it is the mass matrix"),
             ),
             Function(
                 self.forward_jacobian(tangent),
-                "d forward_dynamics / d [q, qd], (n, 2 n); with respect to tau it is the inverse of the mass matrix.",
+                "d forward_dynamics / d [q, qd], (n, 2 n)"
+                + self.unless_loaded("tau it is the inverse of the mass matrix"),
             ),
             Function(
-                self.drift_jacobian(tangent, actuation),
+                self.drift_jacobian(tangent, driving),
                 "A = d state_derivative / d x.",
             ),
             Function(
-                self.state_jacobian("state_derivative_input_jacobian", self.u, forward, mass, actuation),
+                self.state_jacobian("state_derivative_input_jacobian", self.u, forward, mass, driving),
                 "B = d state_derivative / d u.",
             ),
         ]
         if self.p.symbols:
             regressor = differentiate(required, self.p.symbols, "inverse_dynamics_parameter_jacobian")
+            needed = differentiate(affine, self.p.symbols, "needed") if equations.loads else regressor
             found += [
                 Function(regressor, "Regressor: d inverse_dynamics / d p, (n, number of parameters)."),
                 Function(
                     self.state_jacobian(
-                        "state_derivative_parameter_jacobian", self.p, forward, mass, actuation, regressor
+                        "state_derivative_parameter_jacobian", self.p, forward, mass, driving, needed
                     ),
                     "d state_derivative / d p.",
                 ),
@@ -134,6 +130,48 @@ class _Functions:
     ) -> Program:
         program = lower(name, (*arguments, self.p), steps, outputs, (len(outputs),))
         return program if self.smoothing is None else smooth(program, self.smoothing)
+
+    def required(self) -> Program:
+        """Inverse dynamics."""
+        steps, efforts = self.equations.required()
+        return self.lower("inverse_dynamics", (self.q, self.qd, self.qdd), efforts, steps)
+
+    def affine(self) -> Program:
+        """The same without what depends on loads, which is affine in accelerations."""
+        if not self.equations.loads:
+            return self.required()
+        steps, efforts = self.equations.of_effects()
+        sums = [a + b for a, b in zip(self.equations.arm, efforts, strict=True)]
+        return self.lower("affine", (self.q, self.qd, self.qdd), sums, (*self.equations.steps, *steps))
+
+    def bias(self, required: Program) -> Program:
+        """What is required at zero acceleration."""
+        return _at_zero(replace(required, name="bias_force"), (self.qdd,))
+
+    def actuation(self) -> Program:
+        """Efforts of inputs and hidden states."""
+        return self.lower("actuation", (self.x, self.u), self.equations.actuation())
+
+    def driving(self) -> Program:
+        """What friction that depends on loads leaves of them."""
+        equations = self.equations
+        return self.lower("actuation", (self.x, self.u), equations.transmitted(equations.actuation()))
+
+    def transmitting(self, forward: Program) -> Program:
+        """Forward dynamics, with the friction that depends on loads."""
+        if not self.equations.loads:
+            return forward
+        builder = Builder()
+        left = dict(zip(self.tau.symbols, inline(builder, self.transmitted()), strict=True))
+        return builder.program(forward.name, forward.arguments, inline(builder, forward, left), forward.shape)
+
+    def transmitted(self) -> Program:
+        """What that friction leaves of efforts tau."""
+        efforts = [symbols.effort(i) for i in range(1, self.n + 1)]
+        return self.lower("transmitted", (self.q, self.qd, self.tau), self.equations.transmitted(efforts))
+
+    def unless_loaded(self, words: str) -> str:
+        return "." if self.equations.loads else f"; with respect to {words}."
 
     def mass_matrix(self) -> Program:
         """The arm's, by composite bodies, and what effects add to it (rotors): inertial forces are linear in qdd."""
@@ -191,7 +229,10 @@ class _Functions:
         efforts = inline(builder, actuation)
         return inline(builder, forward, dict(zip(self.tau.symbols, efforts, strict=True)))
 
-    def inverse_jacobian(self, tangent: Program) -> Program:
+    def inverse_jacobian(self, required: Program, tangent: Program) -> Program:
+        if self.equations.loads:
+            wrt = (*self.q.symbols, *self.qd.symbols)
+            return differentiate(required, wrt, "inverse_dynamics_state_jacobian")
         builder = Builder()
         rows = _rows(inline(builder, tangent), 3 * self.n + 1)
         outputs = [entry for row in rows for entry in row[: 2 * self.n]]
@@ -199,10 +240,14 @@ class _Functions:
         return builder.program("inverse_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))
 
     def forward_jacobian(self, tangent: Program) -> Program:
-        builder = Builder()
-        efforts = [builder.input(symbol) for symbol in self.tau.symbols]
+        builder, driven = Builder(), []
+        efforts: Sequence[int] = [builder.input(symbol) for symbol in self.tau.symbols]
+        if self.equations.loads:
+            left, wrt = self.transmitted(), (*self.q.symbols, *self.qd.symbols)
+            efforts = inline(builder, left)
+            driven = _columns(inline(builder, differentiate(left, wrt, "driven")), self.n)
         mass, needed = self.forward_tangent(builder, tangent, efforts)
-        columns = self.implicit(builder, mass, needed)
+        columns = self.implicit(builder, mass, needed, driven)
         outputs = [column[i] for i in range(self.n) for column in columns]
         arguments = (self.q, self.qd, self.tau, self.p)
         return builder.program("forward_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))

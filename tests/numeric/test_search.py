@@ -54,13 +54,13 @@ def refitted(design: Array, target: Array) -> Array:
 )
 def test_errors_of_a_trial_are_those_of_refitting(setting: Setting, case: Case, effect: str) -> None:
     given = case.explain()
-    search = Search(case.laws, given.training, given.design, given.weight)
+    search = Search(case.laws, given.fit.p, given.training, given.design, given.weight)
     target = given.training * given.weight
     scale = np.abs(target).max()
     np.testing.assert_allclose(search.errors, refitted(given.design * given.weight[:, None], target), atol=1e-6 * scale)
     (candidate,) = (c for c in setting.proposed if c.effect == effect)
     trial = search.trial(candidate)
-    columns = case.laws.spread(candidate, case.laws.columns(candidate, trial.shapes))
+    columns = case.laws.spread(candidate, case.laws.columns(candidate, trial.shapes, given.fit.p))
     design = np.concatenate([given.design, columns], axis=2) * given.weight[:, None]
     np.testing.assert_allclose(trial.errors, refitted(design, target), atol=1e-5 * scale)
     estimate = solve_linear(design, target)[-columns.shape[2] :]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, fitted_parameters
 from symdyn.numeric.filtering.signals import Signals
-from symdyn.physics import catalogue
+from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, PlaceKind, Robot
@@ -54,7 +54,8 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
                 or effect.identifier in MEMORIES
                 or place.kind not in effect.attaches_to
                 or place.motion not in effect.motions
-            ):
+                or (effect.identifier in load_dependent() and place.kind is not PlaceKind.SHAFT)
+            ):  # at a joint such a law follows from accelerations, which a filter does not hold
                 continue
             if (effect.identifier, place.address) in present or _part_of_drive(effect.identifier, place.kind):
                 continue

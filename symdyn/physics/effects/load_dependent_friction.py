@@ -11,19 +11,25 @@ from symdyn.physics.effect import Effect, Port, Values, same_unit
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.records import PlaceKind
 
+MOST = 0.99  # a gear with more does not turn under any load
+
 
 @final
 class LoadDependentFriction(Effect):
     """At a shaft: acts on its start against the speed there, with the force of the shaft's springs as load.
 
-    That force follows from the state alone. The load of a rigid gear would depend on the acceleration,
-    which depends on the friction: a loop that need not have one solution, and is not offered.
+    At a joint the load is what links, inertias and springs there need, which depends on the acceleration, and that on
+    the friction: a loop with one solution as long as the coefficient is less than 1 (``derive/loads.py``).
     """
 
     identifier = "load_dependent_friction"
     title = "load-dependent friction"
-    attaches_to = frozenset({PlaceKind.SHAFT})
-    parameters = (ParameterSchema("coefficient", same_unit("1"), r"\mu", "friction per transmitted load", lower=0.0),)
+    attaches_to = frozenset({PlaceKind.JOINT, PlaceKind.SHAFT})
+    parameters = (
+        ParameterSchema(
+            "coefficient", same_unit("1"), r"\mu", "friction per transmitted load", lower=0.0, upper=MOST
+        ),
+    )
     proposable = True
     source = "Hamon, Gautier, Garrec 2010, Dynamic identification of robots with a dry friction model depending on load"
     signature = "residual jumps with the sign of speed, more under load"
