@@ -24,7 +24,7 @@ def hopeless(values: Array, here: int, guards: int, bound: Array, rounding: Arra
         remainder = bound[g] * remainder_per_bound
         start = values[here + g]
         if abs(start) <= rounding[g]:
-            if values[here + count + g] * h <= HERMITE_7 * remainder:
+            if values[here + count + g] * h <= HERMITE_7 * remainder and start + rounding[g] <= HERMITE_8 * remainder:
                 return True
         elif start <= HERMITE_8 * remainder + rounding[g]:
             return True
@@ -52,7 +52,8 @@ def margins(
 
     From ``here`` and ``there`` on, ``values`` are guards and three derivatives at both ends (4 G,), ``bound`` (G,)
     is on the eighth. The polynomial of degree 7 through both ends is above its least Bernstein coefficient, and the
-    guard within the remainder of it. A guard that starts at its root is divided by the time since.
+    guard within the remainder of it. A guard that starts at its root is divided by the time since, or stays there: a
+    force that is what friction can just hold.
     """
     count = len(margin)
     remainder_per_bound = h * h * h * h * h * h * h * h
@@ -60,14 +61,14 @@ def margins(
     for g in range(guards):
         b0, b1, b2, b3, b4, b5, b6, b7 = _coefficients(values, here, there, count, g, h)
         remainder = bound[g] * remainder_per_bound
+        least = min(min(min(b0, b1), min(b2, b3)), min(min(b4, b5), min(b6, b7)))
         if abs(b0) <= rounding[g]:
             slope = min(
                 min(min(b1 * 7.0, b2 * 3.5), min(b3 * 2.3333333333333335, b4 * 1.75)),
                 min(min(b5 * 1.4, b6 * 1.1666666666666667), b7),
             )
-            margin[g] = slope - HERMITE_7 * remainder
+            margin[g] = max(slope - HERMITE_7 * remainder, least + rounding[g] - HERMITE_8 * remainder)
         else:
-            least = min(min(min(b0, b1), min(b2, b3)), min(min(b4, b5), min(b6, b7)))
             margin[g] = least - HERMITE_8 * remainder - rounding[g]
         safe = safe and not margin[g] <= 0.0
     return safe

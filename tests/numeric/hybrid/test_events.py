@@ -184,6 +184,24 @@ def test_the_gap_is_crossed_freely_and_closed_at_its_edge(way: Way, close: float
 
 
 @ways
+@pytest.mark.parametrize("ulp", [-1, 0, 1])
+def test_a_force_that_friction_can_just_hold(way: Way, close: float, ulp: int) -> None:
+    """The limit itself, and a rounding error either side of it: at rest, and soon done."""
+    force = 3.0 + ulp * np.spacing(3.0)
+    found = way(machine(SLIDER + COULOMB), times(1.0, 11), [constant(force)])
+    assert np.allclose(found.states, 0.0, atol=1e-12)
+    assert found.steps < 100
+
+
+@ways
+def test_a_swing_that_ends_where_friction_can_just_hold(way: Way, close: float) -> None:
+    """Turning points 2, -14/9, 10/9, -6/9, 2/9: there the spring pulls with the limit."""
+    friction = effect("coulomb_friction", "slide", level=4.0)
+    found = way(machine(SLIDER + SPRING + friction), times(6.0, 61), [constant(0.0)], start=np.array([2.0, 0.0]))
+    assert np.allclose(found.states[-1], [2.0 / 9.0, 0.0], atol=max(close, 1e-7))
+
+
+@ways
 def test_flanks_never_pull_and_energy_never_grows(way: Way, close: float) -> None:
     t = times(6.0, 6001)
     states = way(machine(PAIR + GAP), t, [constant(0.0)], start=np.array([0.0, 0.0, 3.0, 0.0])).states
