@@ -20,7 +20,7 @@ READABLE_JOINTS = 3  # beyond this, Lagrange in closed form is no longer for peo
 
 
 def equations_of_motion(equations: EquationsOfMotion) -> tuple[Equation, ...]:
-    """One equation per coordinate, then one per hidden state.
+    """One equation per coordinate, then one per load that friction depends on, then one per hidden state.
 
     Up to three joints the arm stands in Lagrange's textbook form; of larger arms the
     document shows the recursion.
@@ -45,6 +45,10 @@ def sides(equations: EquationsOfMotion) -> list[tuple[str, list[sp.Expr], list[s
         right += [c.actuation[k] for c in equations.contributions]
         right += [i.force[k] for i in equations.inputs]
         found.append((axis.address, left, right))
+    for load in equations.loads:
+        k = load.axis
+        needed = [*arm[k], *sp.Add.make_args(load.needed - equations.arm[k])]
+        found.append((f"load of {equations.axes[k].address}", [load.symbol], needed))
     for state in equations.states:
         rate = sp.Symbol(f"{state.symbol}_dot", real=True)
         found.append((state.name, [state.storage * rate], list(sp.Add.make_args(state.rate))))

@@ -15,6 +15,7 @@ def latex_names(equations: EquationsOfMotion) -> dict[sp.Symbol, str]:
     names: dict[sp.Symbol, str] = {}
     for i, axis in enumerate(equations.axes, start=1):
         names[symbols.arm_effort(i)] = rf"\tau^{{\mathrm{{arm}}}}_{{{i}}}(q, \dot{{q}}, \ddot{{q}})"
+        names[symbols.load(i)] = rf"\tau^{{\mathrm{{load}}}}_{{{i}}}"
         names[axis.q], names[axis.qd], names[axis.qdd] = f"q_{{{i}}}", rf"\dot{{q}}_{{{i}}}", rf"\ddot{{q}}_{{{i}}}"
     for symbol, parameter in zip(equations.parameters, equations.robot.parameters, strict=True):
         names[symbol] = parameter.latex
