@@ -12,14 +12,16 @@ from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.observation import low_pass
-from symdyn.numeric.recording import ChannelKey
+from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.numeric.recording_quality import steps_of
 from symdyn.numeric.setting import Setting
 from symdyn.physics.effect import DISPLACEMENT
 from symdyn.spec.places import places
 from symdyn.spec.records import Quantity
 
-MOSTLY = 0.5  # of the power of what is left on held-out data
+Array = NDArray[np.float64]
+
+MOSTLY = 0.5  # of the power of what is left on held-out data, and of what is quick in the positions
 ENCODER, RESOLUTION = "encoder", "resolution"
 APART = (3.0 - 3.0**0.5) / 6.0  # of a step: rounding errors that far apart on the scale are not correlated
 
@@ -27,8 +29,8 @@ APART = (3.0 - 3.0**0.5) / 6.0  # of a step: rounding errors that far apart on t
 def with_resolutions(inquiry: Inquiry) -> Inquiry:
     """With a finding for each encoder that the model gives no steps, and whose steps tell most of what is left.
 
-    Looked at are the joints where more is left than the noise of their efforts: every encoder has steps, and elsewhere
-    they hide nothing.
+    Every encoder has steps. Those that hide something are most of what trembles in its positions, and are looked for at
+    the joints where more is left than the noise of their efforts.
     What rounding does is measured: the positions, smoothed, go the same way to the residual as they are, and rounded to
     another scale with the same steps. The difference is like what the encoder's own rounding left: a sawtooth, whose
     power is where it is in the band, however slowly the joint turns.
@@ -42,10 +44,15 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
         steps = None if used is None else steps_of(setting.heldout.channels[used])
         if used is None or steps is None or joint in known or not np.any(current.heldout[:, told]):
             continue
-        smooth, rounded = (_shown(setting, used, step, case.judge.observation.cutoff) for step in (0.0, steps[0]))
+        recording, edge = setting.heldout, case.judge.observation.cutoff
+        smooth = _smoothed(recording, recording.channels[used], edge)
+        rounded = (np.round(smooth / steps[0] + APART) - APART) * steps[0]
+        noise, own = (x - _smoothed(recording, x, edge) for x in (recording.channels[used], rounded))
+        if np.sum(own**2) < MOSTLY * np.sum(noise**2):
+            continue  # the encoder trembles by more than its steps
         ends = [
-            (case.residual(shown.case(*inquiry.band).judged, current) * current.weight)[:, told]
-            for shown in (smooth, rounded)
+            (case.residual(_shown(setting, used, x).case(*inquiry.band).judged, current) * current.weight)[:, told]
+            for x in (smooth, rounded)
         ]
         share = float(np.sum((ends[1] - ends[0]) ** 2) / np.sum((current.heldout * current.weight)[:, told] ** 2))
         if share < MOSTLY:
@@ -69,12 +76,15 @@ def _above_noise(inquiry: Inquiry) -> NDArray[np.bool_]:
     return np.asarray(left > in_band(noise_density(judge, current.fit.p), judge))
 
 
-def _shown(setting: Setting, key: ChannelKey, step: float, cutoff: float) -> Setting:
-    """The same setting, this channel of its held-out recording without what is quicker, and in such steps."""
-    recording = setting.heldout
-    smooth = recording.channels[key].copy()
+def _smoothed(recording: Recording, values: Array, cutoff: float) -> Array:
+    """(N,) without what is quicker."""
+    smooth = values.copy()
     for part in recording.segments:
         smooth[part] = low_pass(smooth[part], 1.0 / recording.sample_time, cutoff)
-    if step:
-        smooth = (np.round(smooth / step + APART) - APART) * step
-    return replace(setting, heldout=replace(recording, channels={**recording.channels, key: smooth}), _shown={})
+    return smooth
+
+
+def _shown(setting: Setting, key: ChannelKey, values: Array) -> Setting:
+    """The same setting, with other values in this channel of its held-out recording."""
+    recording = setting.heldout
+    return replace(setting, heldout=replace(recording, channels={**recording.channels, key: values}), _shown={})
