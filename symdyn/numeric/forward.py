@@ -44,6 +44,7 @@ class RevisionTrial:
 
 def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
     """Effect after effect, until none earns its place any more; ``open_`` revisions compete with them."""
+    adopted: list[Revision] = []
     while len(inquiry.findings) < MAX_FINDINGS * len(inquiry.case.joints):
         case, current = inquiry.case, inquiry.current
         search = Search(case.laws, current.fit.p, current.training, current.design, current.weight)
@@ -57,6 +58,7 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
         revised = _revised(inquiry, search, open_, best, None if step is None else step[1], progress)
         if revised is not None:
             inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
+            adopted.append(revised[1])
         elif step is None:
             return inquiry.noting(*refusals)
         else:
@@ -64,7 +66,20 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
             others = _alternatives(inquiry, earning, trial)
             finding = finding_of(case, trial.candidate, current, better, others)
             inquiry = replace(inquiry, current=better, findings=(*inquiry.findings, finding)).noting(*refusals)
+            inquiry = _refitted(inquiry, adopted)
         progress(f"found: {inquiry.findings[-1].title} at {inquiry.findings[-1].place}")
+    return inquiry
+
+
+def _refitted(inquiry: Inquiry, adopted: Sequence[Revision]) -> Inquiry:
+    """What sensors were found to show was fitted before the last effect was known, and took up some of it."""
+    for revision in adopted:
+        try:
+            after = revision.refitted(inquiry)
+        except NumericalError:
+            continue
+        if after is not None and log_loss(after.current.training) < log_loss(inquiry.current.training):
+            inquiry = after
     return inquiry
 
 

@@ -42,7 +42,7 @@ def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
 
 
 def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
-    """What was found early may be wider than needed, now that all the rest is known."""
+    """What was found early may be wider than needed, or not needed, now that all the rest is known."""
     for candidate, _ in inquiry.current.found:
         for simpler in _simpler(inquiry, candidate):
             progress(f"instead of {candidate.label}: {', '.join(c.title for c in simpler)}")
@@ -52,9 +52,11 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
             except NumericalError:
                 continue
             if after is not None and not _earns(inquiry, after):
-                inquiry = _exchanged(inquiry, [candidate], rest, after)
                 names = ", ".join(c.title for c in simpler)
-                inquiry = inquiry.noting(f"{candidate.label} contains {names}, which explains as much by itself")
+                told = f"{candidate.label} contains {names}, which explains as much by itself"
+                if not inquiry.case.earns(rest, after):
+                    after, told = rest, f"{candidate.label} was taken out again: later findings explain it better"
+                inquiry = _exchanged(inquiry, [candidate], rest, after).noting(told)
                 break
     return inquiry
 

@@ -52,6 +52,9 @@ class Revision(Protocol):
         Raises NumericalError where it does not settle.
         """
 
+    def refitted(self, inquiry: Inquiry) -> Inquiry | None:
+        """With its value fitted anew beside what was found since; None where it is fitted with all the rest anyway."""
+
 
 @dataclass(frozen=True, slots=True)
 class Misread:
@@ -108,6 +111,9 @@ class Misread:
         setting = self._setting(inquiry.setting, value).with_revision(revised)
         case = setting.case(*inquiry.band)
         return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))
+
+    def refitted(self, inquiry: Inquiry) -> Inquiry | None:
+        return self.revised(inquiry, 0) if self.what != "limit" else None
 
     def _joint_fit(self, inquiry: Inquiry, current: Explanation, value: float) -> LinearFit:
         """Of a step of the value, last, together with all other parameters."""
@@ -173,6 +179,9 @@ class Gravity:
         )
         case = setting.case(*inquiry.band)
         return replace(inquiry, setting=setting, case=case, current=case.explain(inquiry.current.found))
+
+    def refitted(self, inquiry: Inquiry) -> None:
+        return None
 
 
 def without(inquiry: Inquiry, revised: Revised) -> Inquiry:
