@@ -198,6 +198,11 @@ def test_friction_that_depends_on_the_load_asks_for_another_load(tmp_path: Path)
     done = run("experiment", *models, *NOISE, *LIMITS)
     assert done.code == 1
     assert "another load is needed" in done.out
+    for name in ("coulomb_friction", "load_dependent_friction"):  # the load of a joint follows from its motion
+        text = (tmp_path / f"{name}.toml").read_text(encoding="utf-8").replace(drive, "").replace("pivot.belt", "pivot")
+        (tmp_path / f"rigid_{name}.toml").write_text(text, encoding="utf-8")
+    rigid = [tmp_path / f"rigid_{model.name}" for model in models]
+    assert run("experiment", *rigid, *NOISE, *LIMITS, "-t", "10", "--json").json()["separation"] > 1.0
     drives = run("experiment", models[0], models[0], *NOISE, *LIMITS)
     assert drives.code == 3
     assert "SD332" in drives.err

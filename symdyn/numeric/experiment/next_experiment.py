@@ -64,11 +64,12 @@ def between_models(
     """The motion that separates two models, each of which is fitted anew to what the other would show.
 
     Raises InputError (SD332, SD333) where the joints do not show all motion, or no motion is possible. Where the
-    models differ in how friction depends on the load, the answer is another load, and no error.
+    models differ in how friction depends on the load of a shaft, the answer is another load, and no error.
     """
     progress(f"deriving and compiling {first.name} and its rival")
     between = _differing(first, second)
-    if any(effect in load_dependent() for effect, _ in between):
+    joints = {joint.name for joint in first.joints}  # their loads follow from the motion, those of shafts do not
+    if any(effect in load_dependent() and place not in joints for effect, place in between):
         return Planned(NextExperiment(between, 0.0, None, hidden_words(between, "the joints' motion is not the load")))
     return _between((explained(first), explained(second)), between, limits, noise, plan, progress)
 
