@@ -93,7 +93,8 @@ def _match(plant: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> d
         found: dict[str, Mapping[str, Any]] = {}
         for effect in form:
             same = [f for f in findings if f["effect"] == effect]
-            same.sort(key=lambda f: not _is_place(plant, f))
+            # Two faults of one sensor are two findings of one effect: the one that tells what was planted.
+            same.sort(key=lambda f: (not _is_place(plant, f), not _tells(f, form[effect])))
             if same:
                 found[effect] = same[0]
         if len(found) != len(form):
@@ -102,6 +103,11 @@ def _match(plant: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> d
             return found
         best = best or found
     return best
+
+
+def _tells(finding: Mapping[str, Any], values: Mapping[str, float]) -> bool:
+    told = finding.get("parameters", {})
+    return all(part in told for name in values for part in name.split("*"))
 
 
 def _headline(plant: Mapping[str, Any]) -> str:

@@ -69,6 +69,16 @@ def test_the_same_equations_in_other_words_are_right() -> None:
     assert half.effects[0].label == "coulomb_friction"
 
 
+def test_two_faults_of_one_sensor_are_two_findings() -> None:
+    off = plant("encoder_offset", "j1", {"encoder": {"offset": 0.1}})
+    coarse = plant("encoder_steps", "j1", {"encoder": {"resolution": 0.01}})
+    told = answer(finding("encoder", "j1", offset=(0.1, 0.01)), finding("encoder", "j1", resolution=(0.011, 0.0)))
+    got = score([off, coarse], told, None, 1.0)
+    assert [e.named for e in got.effects] == [True, True]
+    assert got.effects[1].errors == pytest.approx({"encoder.resolution": 0.1})
+    assert got.extra == 0
+
+
 def test_a_group_that_holds_the_place_is_honest() -> None:
     wrong = score([COULOMB], answer(finding("coulomb_friction", "j2", level=(2.0, 0.1))), None, 1.0).effects[0]
     group = score(
