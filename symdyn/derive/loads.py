@@ -34,7 +34,9 @@ class Load:
         return (sp.Abs(net) - self.share * net) / (1 - self.share**2)
 
 
-def loads(contributions: Sequence[Contribution], arm: Sequence[sp.Expr], axes: Sequence[Coordinate]) -> tuple[Load, ...]:
+def loads(
+    contributions: Sequence[Contribution], arm: Sequence[sp.Expr], axes: Sequence[Coordinate]
+) -> tuple[Load, ...]:
     """Of the joints where the force of some effect depends on it."""
     found = []
     for k, axis in enumerate(axes):

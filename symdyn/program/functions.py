@@ -78,7 +78,10 @@ class _Functions:
             Function(self.transmitting(forward), "Acceleration (n,) under efforts tau."),
             Function(mass, "Mass matrix M (n, n): symmetric, positive definite."),
             Function(self.mass_matrix_inverse(mass), "Inverse of the mass matrix (n, n)."),
-            Function(self.bias(required), "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs."),
+            Function(
+                self.bias(required),
+                "Effort (n,) at zero acceleration: Coriolis, centripetal, gravity, friction, springs.",
+            ),
             Function(self.gravity(), "Effort (n,) that holds the arm against gravity."),
             Function(energy, "Kinetic and potential energy (2,) in J."),
             Function(actuation, "Effort (n,) that inputs and motor currents exert along each coordinate."),
@@ -107,9 +110,7 @@ class _Functions:
             found += [
                 Function(regressor, "Regressor: d inverse_dynamics / d p, (n, number of parameters)."),
                 Function(
-                    self.state_jacobian(
-                        "state_derivative_parameter_jacobian", self.p, forward, mass, driving, needed
-                    ),
+                    self.state_jacobian("state_derivative_parameter_jacobian", self.p, forward, mass, driving, needed),
                     "d state_derivative / d p.",
                 ),
             ]

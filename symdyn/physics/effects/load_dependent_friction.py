@@ -26,9 +26,7 @@ class LoadDependentFriction(Effect):
     title = "load-dependent friction"
     attaches_to = frozenset({PlaceKind.JOINT, PlaceKind.SHAFT})
     parameters = (
-        ParameterSchema(
-            "coefficient", same_unit("1"), r"\mu", "friction per transmitted load", lower=0.0, upper=MOST
-        ),
+        ParameterSchema("coefficient", same_unit("1"), r"\mu", "friction per transmitted load", lower=0.0, upper=MOST),
     )
     proposable = True
     source = "Hamon, Gautier, Garrec 2010, Dynamic identification of robots with a dry friction model depending on load"
