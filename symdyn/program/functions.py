@@ -65,11 +65,13 @@ class _Functions:
 
     def all(self) -> tuple[Function, ...]:
         equations = self.equations
-        required, affine, mass = self.required(), self.affine(), self.mass_matrix()
+        required, mass = self.required(), self.mass_matrix()
+        affine = self.affine() if equations.loads else required
         energy = self.lower(
             "energy", (self.q, self.qd), (equations.kinetic, equations.potential), equations.energy_steps
         )
-        actuation, driving = self.actuation(), self.driving()
+        actuation = self.actuation()
+        driving = self.driving() if equations.loads else actuation
         forward = self.forward_dynamics(mass, self.bias(affine))
         state = self.state_derivative(forward, driving)
         tangent = effort_tangent(equations, self.smoothing)
@@ -139,8 +141,6 @@ class _Functions:
 
     def affine(self) -> Program:
         """The same without what depends on loads, which is affine in accelerations."""
-        if not self.equations.loads:
-            return self.required()
         steps, efforts = self.equations.of_effects()
         sums = [a + b for a, b in zip(self.equations.arm, efforts, strict=True)]
         return self.lower("affine", (self.q, self.qd, self.qdd), sums, (*self.equations.steps, *steps))
