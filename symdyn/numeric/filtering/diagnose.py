@@ -17,7 +17,7 @@ from symdyn.numeric.filtering.explain import (
     without_effect,
 )
 from symdyn.numeric.filtering.locate import locate
-from symdyn.numeric.filtering.memory import loops
+from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured
 from symdyn.numeric.findings import Diagnosis, Finding
@@ -45,8 +45,8 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
     recordings = (training, heldout)
     while len(findings) < MAX_FINDINGS:
         current = sampled(model, current)
-        remembering = loops(model, current)
-        best, tried = step(model, current, alarms, progress, max((loop.beyond for loop in remembering), default=0.0))
+        remembering = lasting(model, current)
+        best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
         pair = both(model, current, tried, progress) if best is None else None
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
         change = restructured(model, current, so_far, remembering, recordings, progress)

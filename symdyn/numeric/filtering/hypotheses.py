@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -21,7 +21,9 @@ from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, PlaceKi
 Array = NDArray[np.float64]
 
 DELAY = "input_delay"
-MEMORIES = {"dahl_friction": "stiffness", "bouc_wen_hysteresis": "level", "lugre_friction": "stiffness"}  # and size
+HYSTERESIS = {"dahl_friction": "stiffness", "bouc_wen_hysteresis": "level", "lugre_friction": "stiffness"}  # and size
+WARMING = {"warm_up_friction": "coefficient"}
+MEMORIES = {**HYSTERESIS, **WARMING}
 COUNTS = {"bouc_wen_hysteresis": {"exponent": 2.0}}  # one with an exponent of 1 is Dahl's law, or near it
 PHASES = 8  # angles that are tried around the circle
 NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
@@ -70,23 +72,24 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
-def memories(robot: Robot, address: str) -> tuple[Candidate, ...]:
-    """Laws of friction with a state of their own, at a place where the robot has none of them yet."""
+def memories(robot: Robot, address: str, laws: Mapping[str, str]) -> tuple[Candidate, ...]:
+    """Of laws of friction with a state of their own, those that the robot does not have yet at a place."""
     place = next(p for p in places(robot) if p.address == address)
     present = {e.type for e in robot.effects if e.at == address}
     found = []
-    for identifier, size in MEMORIES.items():
+    for identifier, size in laws.items():
         effect = catalogue()[identifier]
         if place.kind in effect.attaches_to and identifier not in present:
             linear = tuple(p for p in effect.parameters if p.name == size)
-            rest = tuple(p for p in effect.parameters if p.name != size and not p.is_count)
+            free = [p for p in effect.parameters if not (p.is_count or p.scan is Scan.ASSUMED)]
+            rest = tuple(p for p in free if p.name != size)
             found.append(Candidate(identifier, effect.title, place, linear, rest, None))
     return tuple(found)
 
 
-def without_memory() -> frozenset[str]:
-    """Friction that a law with a memory contains, and takes the place of."""
-    contained = {less for law in MEMORIES for less in catalogue()[law].generalises}
+def without_memory(laws: Iterable[str]) -> frozenset[str]:
+    """Friction that laws with a memory contain, and take the place of."""
+    contained = {less for law in laws for less in catalogue()[law].generalises}
     return frozenset(contained - set(MEMORIES))
 
 

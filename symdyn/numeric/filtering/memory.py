@@ -1,8 +1,9 @@
-"""Friction and hysteresis that remember: where they would explain what is left, and the machine with their state."""
+"""Friction that remembers its motion or its heat: where it would explain what is left; the machine with its state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,99 +20,155 @@ from symdyn.numeric.filtering.explain import (
     price,
     remembered,
 )
-from symdyn.numeric.filtering.hypotheses import memories, without_memory
+from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories, without_memory
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, carried, prepare
 from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.filtering.score import Left, Score, whitened
+from symdyn.numeric.filtering.signals import Signals
 from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.recording import Recording
+from symdyn.physics import catalogue
+from symdyn.spec.effect_schema import Scan
 
 Array = NDArray[np.float64]
 
 YIELDS = np.geomspace(1e-4, 0.5, 10)  # distances within which friction builds up, of the travel
+_WARM = catalogue()["warm_up_friction"]
+LEAST = 1e-12  # squared speed, over time, of what stands
 FEW = 5  # rounds of a fit from each start
 SLOWEST, SLOW = 0.02, 0.15  # of the usual top speed: where the Stribeck speed of a fit starts
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
-    """Hysteresis at a place: what it would gain (nats), its height, the distance within which it builds up."""
+class Lasting:
+    """Friction that remembers, at a place: what it would gain (nats), its size, and how it remembers.
+
+    ``shape`` of hysteresis is the distance within which it builds up; of friction that warms up its heat capacity and
+    thermal resistance, the one per coefficient and the other times it.
+    """
 
     latent: Latent
+    laws: Mapping[str, str]  # HYSTERESIS or WARMING
     gain: float
-    beyond: float  # nats over friction that jumps, which is a loop of no distance
+    beyond: float  # nats over the same friction without a memory
     level: float
-    distance: float
+    shape: tuple[float, ...]
     group: tuple[str, ...]
 
 
-def loops(model: Model, current: Explanation) -> tuple[Loop, ...]:
-    """A score test of a loop of Dahl's at every place, best first; one run of the filter for all of them.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tried:
+    latent: Latent
+    shape: tuple[float, ...]
+    gain: float
+    level: float
+    rest: Array  # (N m,) what is left, whitened
 
-    Its force depends on the motion alone, and that the filter has: no state is needed to test for it.
+
+def lasting(model: Model, current: Explanation) -> tuple[Lasting, ...]:
+    """A score test of Dahl's loop, and of viscous friction that warms up, at every place, best first.
+
+    Their forces depend on the motion alone, and that the filter has: no state is needed to test for them.
     """
     bench, p = current.fit.bench, current.fit.p
     n = len(bench.kernel.coordinates)
-    q = bench.filtered(p).states[:, :n]
+    states = bench.filtered(p).states
     left = Left.of(bench, p, tuple(current.beliefs))
-    tried: list[tuple[float, float, float, Latent, Array]] = []
-    for latent in model.latents:
-        if not latent.motion.any():
-            continue
-        x = q @ latent.motion
-        distances = YIELDS * float(np.ptp(x))
-        pushes = np.flatnonzero(latent.direction)
-        weights = [_mean(_loop(x, d)) for d in distances]
-        names = tuple(model.kernel.parameters[i] for _ in weights for i in pushes)
-        weight = np.column_stack([w for w in weights for _ in pushes])
-        columns = whitened(bench.filtered(p, names, weight)).reshape(-1, len(weights), len(pushes))
-        columns = columns @ latent.direction[pushes]
-        for i, distance in enumerate(distances):
-            gain, height, rest = left.explained(columns[:, [i]], np.zeros(1), np.array([np.inf]))
-            tried.append((gain, float(height[0]), float(distance), latent, rest))
-    tried.sort(key=lambda item: -item[0])
-    found: list[Loop] = []
-    count = bench.signals.y.shape[1]
-    samples = {latent.place: -0.5 * (rest.reshape(-1, count) ** 2).sum(axis=1) for *_, latent, rest in reversed(tried)}
-    jumps = {latent.place: gain for gain, _, distance, latent, _ in sorted(tried, key=lambda item: -item[2])}
-    for gain, level, distance, latent, _ in tried:
-        if latent.place not in {loop.latent.place for loop in found}:
-            own = samples[latent.place]
-            same = tuple(place for place, other in samples.items() if not certainly_apart(own, other))
-            found.append(Loop(latent, gain, gain - jumps[latent.place], level, distance, same))
-    return tuple(found)
+    found: list[Lasting] = []
+    moving = [latent for latent in model.latents if latent.motion.any()]
+    for laws in (HYSTERESIS, WARMING):
+        tried: list[_Tried] = []
+        for latent in moving:
+            x, v = states[:, :n] @ latent.motion, states[:, n : 2 * n] @ latent.motion
+            forces = _loops(x) if laws is HYSTERESIS else _warming(v, bench.signals)
+            tried += _tested(model, current, left, latent, forces)
+        found += _best(tried, laws, bench.signals.y.shape[1])
+    return tuple(sorted(found, key=lambda each: -each.gain))
+
+
+def _tested(
+    model: Model, current: Explanation, left: Left, latent: Latent, forces: Mapping[tuple[float, ...], Array]
+) -> list[_Tried]:
+    """One run of the filter for all ``forces`` (N,), which are by their shape."""
+    pushes = np.flatnonzero(latent.direction)
+    weights = [_mean(force) for force in forces.values()]
+    names = tuple(model.kernel.parameters[i] for _ in weights for i in pushes)
+    weight = np.column_stack([w for w in weights for _ in pushes])
+    columns = whitened(current.fit.bench.filtered(current.fit.p, names, weight)).reshape(-1, len(weights), len(pushes))
+    columns = columns @ latent.direction[pushes]
+    found = []
+    for i, shape in enumerate(forces):
+        gain, height, rest = left.explained(columns[:, [i]], np.zeros(1), np.array([np.inf]))
+        found.append(_Tried(latent, shape, gain, float(height[0]), rest))
+    return found
+
+
+def _best(tried: list[_Tried], laws: Mapping[str, str], count: int) -> list[Lasting]:
+    """Of each place; the first shape of each has no memory."""
+    plain = {t.latent.place: t.gain for t in reversed(tried)}
+    best: dict[str, _Tried] = {}
+    for each in sorted(tried, key=lambda t: -t.gain):
+        best.setdefault(each.latent.place, each)
+    samples = {place: -0.5 * (t.rest.reshape(-1, count) ** 2).sum(axis=1) for place, t in best.items()}
+    found = []
+    for place, t in best.items():
+        same = tuple(other for other, own in samples.items() if not certainly_apart(samples[place], own))
+        found.append(Lasting(t.latent, laws, t.gain, t.gain - plain[place], t.level, t.shape, same))
+    return found
+
+
+def _loops(x: Array) -> dict[tuple[float, ...], Array]:
+    """Dahl's friction along a motion, relative to its level, by the distance within which it builds up."""
+    return {(float(d),): _loop(x, float(d)) for d in YIELDS * float(np.ptp(x))}
+
+
+def _warming(v: Array, signals: Signals) -> dict[tuple[float, ...], Array]:
+    """Friction that warms up, relative to its coefficient when cold, by heat capacity and thermal resistance.
+
+    The first never warms.
+    """
+    steps = np.nan_to_num(signals.steps)  # 0 where a run ends: the next one begins cold
+    capacity, resistance = (next(p for p in _WARM.parameters if p.scan is s) for s in (Scan.HEAT, Scan.HEATING))
+    scale = next(p for p in _WARM.parameters if p.scan is Scan.ASSUMED).tried[0]
+    summed = max(float(np.sum(v**2 * steps)), LEAST)
+    found: dict[tuple[float, ...], Array] = {(math.inf, 0.0): v}
+    for c in capacity.tried[::-1]:
+        for r in resistance.tried:
+            shape = (summed / c, r * float(np.sum(steps)) / summed)
+            found[shape] = v * np.exp(-_rise(v, steps, *shape, scale) / scale)
+    return found
 
 
 def with_memory(
     model: Model,
     current: Explanation,
-    loop: Loop,
+    loop: Lasting,
     recordings: tuple[Recording, Recording],
     progress: Callable[[str], None],
 ) -> tuple[tuple[Model, Step], ...]:
-    """Every law that remembers at the place of a loop, fitted in full, best first (BIC)."""
+    """Every law that remembers so at that place, fitted in full, best first (BIC)."""
     tried: list[tuple[Model, Step]] = []
-    contained = without_memory()
+    contained = without_memory(loop.laws)
     kept = tuple(
         item
         for item in current.found
         if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
-    start = {"level": loop.level, "distance": loop.distance}
+    start, many = (loop.level, *loop.shape), len(YIELDS)
     speed = _top_speed(current, loop)
-    for law in memories(model.robot, loop.latent.place):
+    for law in memories(model.robot, loop.latent.place, loop.laws):
         progress(f"deriving and compiling {model.robot.name} with {law.label}")
         trial = prepare(model.robot, *recordings, (*remembered(current), law), tuple(c.label for c, _ in kept) or ("",))
         done, beliefs = _fitted(trial, current, kept, law, start, speed)
         if law.effect == "dahl_friction":
             p, index = done.p, done.bench.index
             level = float(p[index[_name(law, "level")]])
-            start = {"level": level, "distance": level / float(p[index[_name(law, "stiffness")]])}
+            start = (level, level / float(p[index[_name(law, "stiffness")]]))
         after = explained(trial, (*kept, (law, None)), beliefs, done)
         gain = current.fit.loss - done.loss
-        score = Score(law, None, loop.gain, np.zeros(0), len(YIELDS))
+        score = Score(law, None, loop.gain, np.zeros(0), many)
         tried.append((trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)))
     tried.sort(key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate))
     return tuple(tried)
@@ -129,7 +186,7 @@ def with_every_hypothesis(
 
 
 def _fitted(
-    trial: Model, current: Explanation, kept: Found, law: Candidate, start: dict[str, float], speed: float
+    trial: Model, current: Explanation, kept: Found, law: Candidate, start: tuple[float, ...], speed: float
 ) -> tuple[MLFit, Beliefs]:
     p, bench = carried(trial, current.fit.p, current.fit.bench)
     gone = {
@@ -137,7 +194,7 @@ def _fitted(
     }
     others = {name: belief for name, belief in current.beliefs.items() if name not in gone}
     fits = []
-    for values in _starts(law, start["level"], start["distance"], speed):
+    for values in _starts(law, start, speed):
         own = p.copy()
         beliefs = dict(others)
         for name, value in values.items():
@@ -148,8 +205,12 @@ def _fitted(
     return fit(first.bench, first.p, beliefs), beliefs
 
 
-def _starts(law: Candidate, level: float, distance: float, speed: float) -> list[dict[str, float]]:
-    """Where the fit of a law begins: by the height of a loop, and the distance within which it builds up."""
+def _starts(law: Candidate, start: tuple[float, ...], speed: float) -> list[dict[str, float]]:
+    """Where the fit of a law begins: by its size, and its shape."""
+    if law.effect in WARMING:
+        size, capacity, resistance = start
+        return [{"coefficient": size, "heat_capacity": capacity * size, "thermal_resistance": resistance / size}]
+    level, distance = start
     if law.effect == "dahl_friction":
         return [{"stiffness": level / distance, "level": level}]
     if law.effect == "bouc_wen_hysteresis":
@@ -162,7 +223,7 @@ def _name(law: Candidate, parameter: str) -> str:
     return next(law.parameter(s) for s in (*law.linear, *law.shapes) if s.name == parameter)
 
 
-def _top_speed(current: Explanation, loop: Loop) -> float:
+def _top_speed(current: Explanation, loop: Lasting) -> float:
     n = len(loop.latent.motion)
     states = current.fit.bench.filtered(current.fit.p).states
     return max(float(np.quantile(np.abs(states[:, n : 2 * n] @ loop.latent.motion), 0.95)), 1e-12)
@@ -177,6 +238,18 @@ def _loop(x: Array, distance: float) -> Array:
         end = 1.0 if way > 0.0 else -1.0
         w[k + 1] = end + (w[k] - end) * np.exp(-abs(way) / distance)
     return w
+
+
+@compiled
+def _rise(v: Array, steps: Array, capacity: float, resistance: float, scale: float) -> Array:
+    """(N,) temperature of friction that its own heat thins, both relative to its coefficient when cold."""
+    rise = np.zeros(len(v))
+    for k in range(len(v) - 1):
+        if steps[k] == 0.0:
+            continue
+        steady = v[k] * v[k] * np.exp(-rise[k] / scale) * resistance
+        rise[k + 1] = steady + (rise[k] - steady) * np.exp(-steps[k] / (capacity * resistance))
+    return rise
 
 
 def _mean(w: Array) -> Array:

@@ -21,7 +21,7 @@ from symdyn.numeric.filtering.explain import (
     price,
 )
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
-from symdyn.numeric.filtering.memory import Loop, with_every_hypothesis, with_memory
+from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis, with_memory
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.structure import EFFECT, TITLE, resonance, rigid_joints, with_shaft
 from symdyn.numeric.findings import Alternative, Finding, Rival
@@ -55,7 +55,7 @@ def restructured(
     model: Model,
     current: Explanation,
     best: Step | None,
-    remembering: Sequence[Loop],
+    remembering: Sequence[Lasting],
     recordings: Recordings,
     progress: Progress,
 ) -> Change | None:
@@ -107,16 +107,20 @@ def _remembering(
     model: Model,
     current: Explanation,
     best: Step | None,
-    found: Sequence[Loop],
+    found: Sequence[Lasting],
     recordings: Recordings,
     progress: Progress,
 ) -> Tried | None:
     least = WORTH + float(np.log(len(model.training.y)))
-    if not found or found[0].beyond < least or found[0].gain < (LIKELY * best.score.gain if best else 0.0):
-        return None
-    tried = with_memory(model, current, found[0], recordings, progress)
-    good = tuple((trial, each) for trial, each in tried if _earns(trial, current, each, best))
-    return good or None
+    first = {tuple(each.laws): each for each in reversed(found)}.values()  # of each kind of memory, the best place
+    for each in sorted(first, key=lambda x: -x.gain):
+        if each.beyond < least or each.gain < (LIKELY * best.score.gain if best else 0.0):
+            continue
+        tried = with_memory(model, current, each, recordings, progress)
+        good = tuple((trial, step) for trial, step in tried if _earns(trial, current, step, best))
+        if good:
+            return good
+    return None
 
 
 def _earns(model: Model, current: Explanation, each: Step, best: Step | None) -> bool:
