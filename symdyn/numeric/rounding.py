@@ -70,10 +70,10 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
 
 
 def _above_noise(inquiry: Inquiry) -> NDArray[np.bool_]:
-    """(n,) where more is left, held out, than the noise of the joint's effort leaves."""
+    """(n,) where steps may be most of what is left, held out, beside the noise of the joint's effort."""
     judge, current = inquiry.case.judge, inquiry.current
-    left = np.sqrt(np.mean(current.heldout**2, axis=0))
-    return np.asarray(left > in_band(noise_density(judge, current.fit.p), judge))
+    noise = in_band(noise_density(judge, current.fit.p), judge)
+    return np.asarray((1.0 - MOSTLY) * np.mean(current.heldout**2, axis=0) > noise**2)
 
 
 def _smoothed(recording: Recording, values: Array, cutoff: float) -> Array:
