@@ -219,8 +219,8 @@ def _violated(values: Array, rounding: Array, g: int, arriving: bool) -> bool:
 def _settle(z: Array, state: Ints, base: Base, resting: Flags) -> None:
     """Put speeds that have come to zero there exactly, and decide who sticks and who sets off which way.
 
-    A friction that could hold all but what is rounding holds: else its body would creep by that, and no step of it
-    could be proven.
+    A single friction that could hold all but a rounding error holds: else its body would creep by that, and no step of
+    it could be proven. The margin is within what the guard of what sticks is allowed, which is a share of 1 and more.
     """
     m, nf, n = 0, len(resting), len(z)
     at_rest = np.empty(nf, np.int64)
@@ -230,7 +230,7 @@ def _settle(z: Array, state: Ints, base: Base, resting: Flags) -> None:
             m += 1
     if m == 0:
         return
-    drag, moving, free, rounding = np.zeros((m, m)), np.zeros((m, 1)), np.zeros(m), 0.0
+    drag, moving, free = np.zeros((m, m)), np.zeros((m, 1)), np.zeros(m)
     for r in range(m):
         speed = base.speeds[at_rest[r]]
         moving[r, 0] = _dot(speed, z)
@@ -246,23 +246,16 @@ def _settle(z: Array, state: Ints, base: Base, resting: Flags) -> None:
         entry = only_entry(speed)
         if entry >= 0:
             z[entry] = 0.0
-        size = 0.0  # of what free[r] is a sum of
         for i in range(n):
             if speed[i] != 0.0:
                 rate = _dot(base.a[i], z)
                 for k in range(nf):
                     if not resting[k]:
                         rate += base.friction[i, k] * state[k]
-                        size += abs(speed[i] * base.friction[i, k])
                 free[r] += speed[i] * rate
-                for j in range(n):
-                    size += abs(speed[i] * base.a[i, j] * z[j])
-        rounding = max(rounding, ROUNDING * size / abs(drag[r, r]))
-    for r in range(m):
-        free[r] /= 1.0 + rounding
     if m == 1:
         share = -free[0] / drag[0, 0]
-        state[at_rest[0]] = np.int64(np.sign(share)) if abs(share) > 1.0 else 0
+        state[at_rest[0]] = np.int64(np.sign(share)) if abs(share) > 1.0 + 0.5 * ROUNDING else 0
         return
     _, bound = friction_at_rest(free, -drag)
     for r in range(m):
