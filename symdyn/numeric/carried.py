@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +42,3 @@ def frictions(robot: Robot) -> tuple[Friction, ...]:
         counts = {p.name: float(dict(spec.values)[p.name].coefficient) for p in effect.parameters if p.is_count}
         found.append(Friction(candidate(effect, at[spec.at], counts), spec.values))
     return tuple(found)
-
-
-def laws_of(found: Sequence[Friction]) -> tuple[Candidate, ...]:
-    return tuple(friction.law for friction in found)

@@ -30,13 +30,14 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     """With a finding for each encoder that the model gives no steps, and whose steps tell most of what is left.
 
     Every encoder has steps. Those that hide something are most of what trembles in its positions, and are looked for at
-    the joints where more is left than the noise of their efforts.
+    the joints where the noise of the efforts leaves them room to be most of what is left.
+
     What rounding does is measured: the positions, smoothed, go the same way to the residual as they are, and rounded to
     another scale with the same steps. The difference is like what the encoder's own rounding left: a sawtooth, whose
     power is where it is in the band, however slowly the joint turns.
     """
     setting, case, current = inquiry.setting, inquiry.case, inquiry.current
-    told = _above_noise(inquiry)
+    told = _with_room(inquiry)
     known = {e.at for e in setting.robot.effects if e.type == ENCODER and RESOLUTION in dict(e.values)}
     at = {place.address: place for place in places(setting.robot)}
     for joint in setting.joints:
@@ -69,7 +70,7 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     return replace(inquiry, setting=setting, case=case)
 
 
-def _above_noise(inquiry: Inquiry) -> NDArray[np.bool_]:
+def _with_room(inquiry: Inquiry) -> NDArray[np.bool_]:
     """(n,) where steps may be most of what is left, held out, beside the noise of the joint's effort."""
     judge, current = inquiry.case.judge, inquiry.current
     noise = in_band(noise_density(judge, current.fit.p), judge)

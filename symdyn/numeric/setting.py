@@ -11,7 +11,7 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
-from symdyn.numeric.carried import frictions, laws_of
+from symdyn.numeric.carried import frictions
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.laws import Laws
@@ -104,7 +104,7 @@ def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Cal
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
     own = own_parameters(robot, Workbench(kernel, read(seen, readings)))
-    known = probes((*proposed, *laws_of(frictions(robot))))
+    known = probes((*proposed, *(friction.law for friction in frictions(robot))))
     return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)
 
 

@@ -156,7 +156,7 @@ def with_memory(
         for item in current.found
         if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
-    start, many = (loop.level, *loop.shape), len(YIELDS)
+    start: tuple[float, ...] = (loop.level, *loop.shape)
     speed = _top_speed(current, loop)
     for law in memories(model.robot, loop.latent.place, loop.laws):
         progress(f"deriving and compiling {model.robot.name} with {law.label}")
@@ -168,7 +168,7 @@ def with_memory(
             start = (level, level / float(p[index[_name(law, "stiffness")]]))
         after = explained(trial, (*kept, (law, None)), beliefs, done)
         gain = current.fit.loss - done.loss
-        score = Score(law, None, loop.gain, np.zeros(0), many)
+        score = Score(law, None, loop.gain, np.zeros(0), len(YIELDS))
         tried.append((trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)))
     tried.sort(key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate))
     return tuple(tried)
