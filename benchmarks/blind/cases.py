@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
+from benchmarks.blind.axis import Axis
 from benchmarks.blind.drive import RigidDrive, SeedDrive
 from benchmarks.blind.effects import MOVING, Draw
 from benchmarks.blind.faults import ARM, CIRCUIT, MISSING_SHAFT, SHAFT, TACHO, WHOLE
@@ -19,16 +20,23 @@ from benchmarks.blind.six_joint import SixJoint
 from benchmarks.blind.two_link import TwoLink
 from benchmarks.blind.unknown import UNKNOWN
 
-MACHINES: Mapping[str, Machine] = {m.name: m for m in (TwoLink(), SixJoint(), RigidDrive(), SeedDrive())}
+MACHINES: Mapping[str, Machine] = {m.name: m for m in (Axis(), TwoLink(), SixJoint(), RigidDrive(), SeedDrive())}
 DRAWS: Mapping[str, Draw] = {**MOVING, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **TACHO, **UNKNOWN}
 OFF = 0.3  # the largest relative error of a parameter that is handed over
 SPREAD = 0.15  # of the true ones, from case to case
-NULLS = {"two-link": 80, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50}  # at the middle level
-PAIRS = {"two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16}
+NULLS = {"axis": 20, "two-link": 60, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50}  # at the middle level
+PAIRS = {"axis": 12, "two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16}
 GROUPS = ("null", "single", "pair", "unknown")
 
 _ARM_ONLY = ("counterbalance", "load_dependent")
 _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, and told, at a place
+    # The mass of the axis takes up what is added to it, and an encoder's gain; where its zero is nothing tells.
+    ("axis", "j1"): (
+        *(k for k in MOVING if k not in ("added_inertia", "counterbalance", "unbalance")),
+        "encoder_steps",
+        "effort_limit",
+    ),
+    ("axis", ""): ("late_efforts",),
     # The inertia of joint 1 takes up what is added to it; on link 2 gravity does not turn with the joint's angle.
     # Its effort is measured: a limit ahead of that would be none of its physics.
     ("two-link", "j1"): tuple(k for k in (*MOVING, *ARM) if k not in ("added_inertia", "effort_limit")),
@@ -147,7 +155,10 @@ def _two(machine: str, level: str, seed: int) -> tuple[tuple[str, str], ...]:
 
 
 def _unknowns() -> Iterator[Case]:
-    places = {"two-link": ("j1", "j2"), "six-joint": (), "rigid-drive": ("j1.motor",), "seed-drive": ("j1.motor",)}
+    places: Mapping[str, tuple[str, ...]] = {
+        "axis": ("j1",), "two-link": ("j1", "j2"), "six-joint": (), "rigid-drive": ("j1.motor",),
+        "seed-drive": ("j1.motor",),
+    }  # fmt: skip
     for (machine, fixed), level, kind in product(places.items(), LEVELS, UNKNOWN):
         turn = list(UNKNOWN).index(kind)
         for place in fixed or (f"j{1 + turn % 6}",):

@@ -27,7 +27,8 @@ def encoder_gain(rng: np.random.Generator, place: Place) -> Planted:
 
 
 def encoder_steps(rng: np.random.Generator, place: Place) -> Planted:
-    return _encoder("encoder_steps", place, "resolution", 2.0 * math.pi / float(rng.choice((400, 512, 1000))))
+    steps = float(rng.choice((400, 512, 1000)))  # per turn
+    return _encoder("encoder_steps", place, "resolution", place.lead * 2.0 * math.pi / steps)
 
 
 def late_efforts(rng: np.random.Generator, place: Place) -> Planted:

@@ -26,6 +26,7 @@ class Place:
     reach: float  # rad
     peak: float = 0.0  # N m: the most that the motion takes, of arms
     centre: float = 0.0  # rad, of the motion
+    lead: float = 1.0  # m per rad of its encoder, of a joint that slides
     same_as: tuple[str, ...] = ()  # addresses that are the same coordinate in the model handed over
 
 
@@ -94,11 +95,11 @@ def parameter_lines(truth: Mapping[str, tuple[float, str]], given: Mapping[str, 
     return "\n".join(f'{k} = "{given[k]:.9g} {unit}"' for k, (_, unit) in truth.items() if k not in left_out)
 
 
-def joint_channels(joints: Sequence[str], quantity: str, unit: str) -> str:
+def joint_channels(joints: Sequence[str], quantity: str, unit: str, position: str = "rad") -> str:
     """The [recording] table of an arm: columns x1, x2, .. are positions, y1, y2, .. what drives the joints."""
     text = '\n[recording]\ntime = { column = "t", unit = "s" }\n'
     for i, joint in enumerate(joints, 1):
-        for column, what, how in ((f"x{i}", "position", "rad"), (f"y{i}", quantity, unit)):
+        for column, what, how in ((f"x{i}", "position", position), (f"y{i}", quantity, unit)):
             text += f'\n[[recording.channel]]\ncolumn = "{column}"\nquantity = "{what}"\n'
             text += f'joint = "{joint}"\nunit = "{how}"\n'
     return text

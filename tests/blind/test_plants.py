@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import linalg
 
-from benchmarks.blind import chain, laws, two_link
+from benchmarks.blind import axis, chain, laws, two_link
 from benchmarks.blind.motions import CONTROL
 
 FOLDER = Path(laws.__file__).parent
@@ -211,3 +211,15 @@ def test_the_six_joint_arm_weighs_what_its_table_says() -> None:
         mujoco.mj_forward(model, data)
         slope = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(6)]
         np.testing.assert_allclose(data.qfrc_bias, slope, atol=1e-5)
+
+
+def test_the_axis_obeys_its_equation() -> None:
+    """Mass, drag and dry friction make up the recorded force wherever the carriage does not turn round."""
+    time = CONTROL * np.arange(2000)
+    x, v = 0.3 * np.sin(4.0 * time), 1.2 * np.cos(4.0 * time)
+    p = row(viscous=30.0, level_positive=8.0, level_negative=6.0)[None]
+    shown, force = axis.simulate(50.0, p, np.inf, x, v, np.zeros(len(time)), 40)
+    speed = (shown[2:] - shown[:-2]) / (2.0 * CONTROL)
+    needed = 50.0 * np.diff(shown, 2) / CONTROL**2 + 30.0 * speed + np.where(speed > 0, 8.0, -6.0)
+    moving = np.abs(speed) > 0.05
+    np.testing.assert_allclose(force[1:-1][moving], needed[moving], atol=0.05)
