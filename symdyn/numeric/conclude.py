@@ -19,7 +19,7 @@ from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.skew import Skew
 from symdyn.numeric.standstill import admissible_residual
-from symdyn.numeric.verdict import verdict_of
+from symdyn.numeric.verdict import EXPLAINED, HOLDS, verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.records import Robot
@@ -55,7 +55,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
     wrong, before = refuted(case, final, remaining), first.errors(given)
-    verdict = verdict_of(findings, remaining, before, after, bool(wrong))
+    verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
     if verdict is Verdict.UNEXPLAINED:
         told += [f"the law of {x} does not hold: what is left follows the {remaining.variable}" for x in wrong]
     return Diagnosis(

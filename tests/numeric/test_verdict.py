@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from symdyn.numeric.findings import Errors, Finding, Remaining, Rival, Verdict
-from symdyn.numeric.verdict import explained_share, verdict_of
+from symdyn.numeric.verdict import ALL, EXPLAINED, HOLDS, explained_share, verdict_of
 
 BEFORE, AFTER = Errors(0.1, 0.1), Errors(0.01, 0.01)
 SURE = Finding("coulomb_friction", "Coulomb friction", "arm", {}, 0.1, 0.01, 1e-9, ())
@@ -17,28 +17,30 @@ def left(share: float, structured: bool = True) -> Remaining:
 
 
 @pytest.mark.parametrize(
-    ("findings", "remaining", "refuted", "verdict"),
+    ("findings", "remaining", "needed", "verdict"),
     [
-        ((), left(0.0, False), False, Verdict.COMPLETE),
-        ((), left(0.4), False, Verdict.UNEXPLAINED),
-        ((SURE,), left(0.0, False), False, Verdict.MISSING_PHYSICS),
-        ((SURE,), left(0.4), False, Verdict.MISSING_PHYSICS),
-        ((SURE,), left(0.4), True, Verdict.MISSING_PHYSICS),
-        ((SURE,), left(0.9), True, Verdict.UNEXPLAINED),
-        ((SURE, UNSURE), left(0.0, False), False, Verdict.AMBIGUOUS),
-        ((UNSURE,), left(0.4), False, Verdict.AMBIGUOUS),
-        ((UNSURE,), left(0.9), True, Verdict.UNEXPLAINED),
+        ((), left(0.0, False), EXPLAINED, Verdict.COMPLETE),
+        ((), left(0.4), EXPLAINED, Verdict.UNEXPLAINED),
+        ((SURE,), left(0.0, False), EXPLAINED, Verdict.MISSING_PHYSICS),
+        ((SURE,), left(0.4), EXPLAINED, Verdict.MISSING_PHYSICS),
+        ((SURE,), left(0.4), HOLDS, Verdict.MISSING_PHYSICS),
+        ((SURE,), left(0.9), HOLDS, Verdict.UNEXPLAINED),
+        ((SURE,), left(0.4), ALL, Verdict.UNEXPLAINED),
+        ((SURE,), left(0.0, False), ALL, Verdict.MISSING_PHYSICS),
+        ((SURE, UNSURE), left(0.0, False), EXPLAINED, Verdict.AMBIGUOUS),
+        ((UNSURE,), left(0.4), EXPLAINED, Verdict.AMBIGUOUS),
+        ((UNSURE,), left(0.9), HOLDS, Verdict.UNEXPLAINED),
     ],
 )
-def test_rules(findings: tuple[Finding, ...], remaining: Remaining, refuted: bool, verdict: Verdict) -> None:
-    assert verdict_of(findings, remaining, BEFORE, AFTER, refuted) is verdict
+def test_rules(findings: tuple[Finding, ...], remaining: Remaining, needed: float, verdict: Verdict) -> None:
+    assert verdict_of(findings, remaining, BEFORE, AFTER, needed) is verdict
 
 
 def test_a_finding_that_tells_a_small_part_is_no_explanation() -> None:
     after = Errors(0.09, 0.09)
     rest = Remaining(0.09, True, 0.9, "speed of arm", 1e-6)
     assert explained_share(rest, BEFORE, after) == pytest.approx(0.0019 / (0.0019 + 0.9 * 0.0081))
-    assert verdict_of((SURE,), rest, BEFORE, after, False) is Verdict.UNEXPLAINED
+    assert verdict_of((SURE,), rest, BEFORE, after) is Verdict.UNEXPLAINED
 
 
 def test_what_is_left_without_structure_counts_for_nothing() -> None:

@@ -27,7 +27,7 @@ from symdyn.numeric.findings import (
     Remaining,
     Traces,
 )
-from symdyn.numeric.verdict import verdict_of
+from symdyn.numeric.verdict import ALL, EXPLAINED, verdict_of
 from symdyn.physics import catalogue
 from symdyn.spec.edit import add_effect, free_rotor, set_effect, set_parameter
 from symdyn.spec.records import JOINT_END, Robot
@@ -56,8 +56,9 @@ def conclude(
     floor = noise_floor(model, final.fit)
     remaining = _remaining(model, final, after, floor)
     channels = model.heldout.names
+    moved = _moved(model, final.fit)
     return Diagnosis(
-        verdict=verdict_of(findings, remaining, before, after, False),
+        verdict=verdict_of(findings, remaining, before, after, ALL if moved else EXPLAINED),
         robot=robot,
         diagnosed=diagnosed,
         findings=tuple(findings),
@@ -66,7 +67,7 @@ def conclude(
         after=after,
         per_joint={channel: Errors(float(a), float(b)) for channel, a, b in zip(channels, *final.errors, strict=True)},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *_moved(model, final.fit)))),
+        alarms=tuple(dict.fromkeys((*alarms, *moved))),
         band=0.5 / float(np.nanmedian(model.training.steps)),
         training=names[0],
         heldout=names[1],
@@ -167,7 +168,7 @@ def _moved(model: Model, of: MLFit) -> list[str]:
     told = []
     for name, belief in model.beliefs.items():
         value = float(of.p[of.bench.index[name]])
-        if belief.positive and abs(math.log(value) - belief.centre) > 3.0 * PRIOR:
+        if belief.positive and abs(math.log(value) - belief.centre) > 3.0 * belief.spread:
             told.append(
                 f"{name} went from {math.exp(belief.centre):.3g} to {value:.3g}: it may be absorbing missing structure"
             )
