@@ -12,7 +12,6 @@ from symdyn.base.errors import InputError
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, ready
-from symdyn.numeric.filtering.diagnose import diagnose_hidden
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, Rival
 from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
@@ -56,6 +55,8 @@ def diagnose(
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
         if has_hidden_parts(robot, fitted):
+            from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
+
             return diagnose_hidden(robot, fitted, judge, progress)
         return _diagnose(robot, fitted, judge, band, progress)
 
