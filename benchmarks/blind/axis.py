@@ -14,17 +14,17 @@ from numba import njit
 
 from benchmarks.blind import laws
 from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
-from benchmarks.blind.motions import CONTROL, multisine
+from benchmarks.blind.motions import CONTROL, WIND_UP, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
 
 STEPS = 40  # of the integration per control sample
 DURATION = 10.0  # s
 RACK = 0.05  # m/rad, of the pinion that carries the encoder
-FORCE = 160.0  # N: full range
+FORCE = 240.0  # N: full range
 TRUE = {"m": (60.0, "kg"), "b": (25.0, "N s/m"), "F_c": (9.0, "N")}
-REACH = 0.35  # m
-PLACES = (Place("j1", "joint", 12.0, 0.5, REACH, 130.0, 0.0, lead=RACK),)
+REACH, ACCELERATION = 0.35, 2.4  # m, m/s^2: about as far, and as quick
+PLACES = (Place("j1", "joint", 12.0, 0.5, REACH, 170.0, 0.0, lead=RACK),)
 
 MODEL = """[robot]
 name = "machine"
@@ -53,7 +53,10 @@ class Axis(Machine):
         self, planted: tuple[Planted, ...], true: Mapping[str, float], run: int, level: str, seed: int
     ) -> Recorded:
         rng = self.rng(planted, run, level, seed)
-        x, v = multisine(rng, run, DURATION, rng.uniform(-0.1, 0.1, 1), np.array([REACH]))
+        centre = rng.uniform(-0.1, 0.1)
+        x, v = multisine(rng, run, DURATION, np.zeros(1), np.array([REACH]))
+        scale = ACCELERATION * CONTROL / np.max(np.abs(np.diff(v, axis=0)))
+        x, v = centre + scale * x, scale * v
         own = {"viscous": true["b"], "level_positive": true["F_c"], "level_negative": true["F_c"]}
         p = rows(planted, self.places, [own])
         limit = self.plant_of(planted, "j1").get("effort_limit", math.inf)
@@ -95,8 +98,9 @@ def simulate(mass, p, limit, reference, speeds, noise, steps):
         filtered += 0.25 * ((seen - last) / CONTROL - filtered)
         last = seen
         error = reference[k] - seen
-        total += 6e4 * error * CONTROL
-        force = 2.5e4 * error + total + 1.6e3 * (speeds[k] - filtered)
+        if abs(error) < RACK * WIND_UP:
+            total += 2e4 * error * CONTROL
+        force = 6e3 * error + total + 1.2e3 * (speeds[k] - filtered)
         positions[k] = seen
         forces[k] = 0.5 * (force + (before if k > 0 else force))
         before = force

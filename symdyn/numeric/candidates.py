@@ -11,7 +11,7 @@ from symdyn.physics import catalogue
 from symdyn.physics.effect import Effect
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
-from symdyn.spec.records import DHRow, Monomial, Motion, Place, PlaceKind, Robot
+from symdyn.spec.records import DHRow, Monomial, Place, PlaceKind, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
         for effect in catalogue().values():
             if not effect.proposable or place.kind not in effect.attaches_to or place.motion not in effect.motions:
                 continue
-            if (effect.identifier, place.address) in present or _degenerate(effect.parameters, place):
+            if (effect.identifier, place.address) in present:
                 continue
             found += [candidate(effect, place, counts) for counts in _counts(effect)]
     return tuple(found)
@@ -162,8 +162,3 @@ def candidate_bounds(candidate: Candidate) -> dict[str, tuple[float, float]]:
 def _limits(schema: ParameterSchema) -> tuple[float, float]:
     lower = -math.inf if schema.lower is None else schema.lower
     return lower, math.inf if schema.upper is None else schema.upper
-
-
-def _degenerate(parameters: Sequence[ParameterSchema], place: Place) -> bool:
-    """A wave per turn means nothing on an axis that does not turn."""
-    return place.motion is not Motion.ROTATIONAL and any(p.scan is Scan.ANGLE_ORDER for p in parameters)

@@ -12,9 +12,10 @@ from symdyn.base.errors import InputError
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Diagnosis, Verdict
+from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
 
-from .pendulum import INERTIA, MASS, TORQUE_NOISE, VISCOUS, Torque, pendulum, record
+from .pendulum import INERTIA, MASS, TORQUE_NOISE, VISCOUS, Torque, motion, pendulum, record, recording
 
 HELDOUT = 100  # added to the seed: another motion, other noise
 
@@ -38,6 +39,28 @@ MISSING: dict[str, tuple[Torque, Mapping[str, Mapping[str, float]]]] = {
     ),
 }
 CORE = ("Coulomb friction", "ripple")  # the others are slow: a few seconds each
+
+SLIDE = """
+[robot]
+name = "slide"
+gravity = [0, 0, 0]
+
+[parameters]
+m = "2.5 kg"
+b = "1.5 N s/m"
+
+[dh]
+rows = [[0, "q", 0, 0]]
+
+[[joint]]
+name = "arm"
+link = { mass = "m" }
+
+[[effect]]
+type = "viscous_friction"
+at = "arm"
+coefficient = "b"
+"""
 
 # Torques of a kind that no effect in the catalogue has, all of which a diagnosis can see something of.
 FOREIGN: dict[str, Torque] = {
@@ -76,6 +99,28 @@ def test_missing_effect_is_named_and_its_value_is_right(robot: Robot, name: str)
             # Effects that jump are low-passed with the motion, which costs them a little more than noise does.
             assert abs(estimate.value - truth) < max(4.0 * estimate.se, 0.01 * abs(truth)), parameter
             assert estimate.se < 0.1 * abs(truth)
+
+
+def test_a_wave_along_an_axis_that_slides_is_a_ripple_too() -> None:
+    """A rack, a screw and a linear motor have a pitch: their order is in rad/m."""
+    slide = robot_from_text(SLIDE, "slide.toml")
+
+    def recorded(seed: int) -> Recording:
+        time = np.arange(5000) / 500.0
+        q, v, a = motion(seed, time, 0.4)
+        force = 3.0 * a + 2.0 * v - 0.5 * np.cos(40.0 * q)  # a force that drives
+        rng = np.random.default_rng([seed, 2])
+        q, force = q + 1e-6 * rng.standard_normal(len(q)), force + 0.02 * rng.standard_normal(len(q))
+        return recording(time, q, force, f"run-{seed}")
+
+    found = diagnose(slide, recorded(1), recorded(1 + HELDOUT))
+    assert found.verdict is Verdict.MISSING_PHYSICS
+    (ripple,) = found.findings
+    assert (ripple.effect, ripple.place) == ("torque_ripple", "arm")
+    assert {name: e.value for name, e in ripple.parameters.items()} == pytest.approx(
+        {"cosine": 0.5, "sine": 0.0, "order": 40.0}, abs=0.02
+    )
+    assert ripple.parameters["order"].unit == "rad/m"
 
 
 def test_errors_told_are_those_of_the_finding(robot: Robot) -> None:
