@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 import pytest
@@ -81,14 +82,19 @@ def diagnosed(robot: Robot, missing: Torque | None, seed: int = 1, **how: float)
     return diagnose(robot, record(seed, missing, **how), record(seed + HELDOUT, missing, **how))  # type: ignore[arg-type]
 
 
+@cache
+def known(name: str) -> Diagnosis:
+    """One of the catalogue's effects, found once for all tests."""
+    return diagnosed(pendulum(), MISSING[name][0])
+
+
 def cases(core: tuple[str, ...]) -> list[object]:
     return [pytest.param(name, marks=() if name in core else pytest.mark.slow) for name in MISSING]
 
 
 @pytest.mark.parametrize("name", cases(CORE))
-def test_missing_effect_is_named_and_its_value_is_right(robot: Robot, name: str) -> None:
-    missing, expected = MISSING[name]
-    found = diagnosed(robot, missing)
+def test_missing_effect_is_named_and_its_value_is_right(name: str) -> None:
+    expected, found = MISSING[name][1], known(name)
     assert found.verdict is Verdict.MISSING_PHYSICS
     assert {finding.effect: finding.place for finding in found.findings} == dict.fromkeys(expected, "arm")
     for finding in found.findings:
@@ -123,8 +129,8 @@ def test_a_wave_along_an_axis_that_slides_is_a_ripple_too() -> None:
     assert ripple.parameters["order"].unit == "rad/m"
 
 
-def test_errors_told_are_those_of_the_finding(robot: Robot) -> None:
-    found = diagnosed(robot, MISSING["Coulomb friction"][0])
+def test_errors_told_are_those_of_the_finding() -> None:
+    found = known("Coulomb friction")
     (friction,) = found.findings
     assert friction.heldout_before == found.before.heldout
     assert friction.heldout_after == pytest.approx(found.after.heldout, rel=1e-4)
@@ -135,15 +141,13 @@ def test_errors_told_are_those_of_the_finding(robot: Robot) -> None:
     assert friction.p_value < 1e-6
 
 
-def test_the_specification_that_comes_out_is_the_machine(robot: Robot) -> None:
+def test_the_specification_that_comes_out_is_the_machine() -> None:
     """Diagnosed again, the machine lacks nothing: its file holds the effect, in its units, with its value."""
-    missing = MISSING["Coulomb friction"][0]
-    found = diagnosed(robot, missing)
-    again = robot_from_text(found.diagnosed.text, "again.toml")
+    again = robot_from_text(known("Coulomb friction").diagnosed.text, "again.toml")
     assert [(e.type, e.at) for e in again.effects] == [("viscous_friction", "arm"), ("coulomb_friction", "arm")]
     ((level, _),) = dict(again.effects[1].values)["level"].factors
     assert {p.name: p.value for p in again.parameters}[level] == pytest.approx(0.3, rel=0.01)
-    second = diagnosed(again, missing, seed=2)
+    second = diagnosed(again, MISSING["Coulomb friction"][0], seed=2)
     assert (second.verdict, second.findings) == (Verdict.COMPLETE, ())
 
 
@@ -200,14 +204,13 @@ def test_short_recording_invents_nothing(robot: Robot, duration: float, seed: in
 
 
 def test_same_recordings_give_the_same_bytes(robot: Robot) -> None:
-    texts = [json.dumps(diagnosed(robot, MISSING["ripple"][0]).to_json()) for _ in range(2)]
-    assert texts[0] == texts[1]
-    other = json.dumps(diagnosed(robot, MISSING["ripple"][0], seed=2).to_json())
-    assert other != texts[0]
+    again = diagnosed(robot, MISSING["ripple"][0])
+    first, other = (json.dumps(known(name).to_json()) for name in ("ripple", "Coulomb friction"))
+    assert json.dumps(again.to_json()) == first != other
 
 
-def test_json_has_the_fields_that_programs_read(robot: Robot) -> None:
-    told = json.loads(json.dumps(diagnosed(robot, MISSING["Coulomb friction"][0]).to_json(), allow_nan=False))
+def test_json_has_the_fields_that_programs_read() -> None:
+    told = json.loads(json.dumps(known("Coulomb friction").to_json(), allow_nan=False))
     assert told["verdict"] == "missing_physics"
     (finding,) = told["findings"]
     assert (finding["effect"], finding["place"]) == ("coulomb_friction", "arm")
