@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,7 @@ from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.rounding import left_by_steps
 from symdyn.numeric.skew import Skew
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import EXPLAINED, HOLDS, verdict_of
@@ -40,13 +43,14 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
     after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
     density = noise_density(judge, emitted.values)
+    noise = _noise((bench, judge), emitted.values, left_by_steps(inquiry))
     remaining = leftover(
         (admissible_residual(bench, emitted.values), _motion(bench)),
         (admissible_residual(judge, emitted.values), _motion(judge)),
         [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
         after.heldout,
         judge.samples_per_period,
-        in_band(density, judge),
+        noise[1],
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     told = []
@@ -74,7 +78,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
         heldout=heldout,
         traces=_traces((first.judge, given.fit.p), (judge, emitted.values), density, tuple(case.joints)),
         located=where_and_when(first, given),
-        noise_floor=_noise_floor(case, bench, judge, noise_density(bench, emitted.values), density),
+        noise_floor=_noise_floor(case, (bench, judge), noise),
     )
 
 
@@ -85,12 +89,17 @@ def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
     return located(case.bench, case.judge, fitted_of(case, given), residuals, groups)
 
 
-def _noise_floor(case: Case, bench: Workbench, judge: Workbench, training: Array, heldout: Array) -> NoiseFloor:
-    """What noise of these densities alone would leave, relative to the effort (or what stands for it)."""
+def _noise(benches: Sequence[Workbench], p: Array, steps: Sequence[Array]) -> list[Array]:
+    """(n,) root mean square of what the sensors leave in the band: noise of efforts, and the steps of encoders."""
+    return [np.hypot(in_band(noise_density(bench, p), bench), own) for bench, own in zip(benches, steps, strict=True)]
+
+
+def _noise_floor(case: Case, benches: Sequence[Workbench], noise: Sequence[Array]) -> NoiseFloor:
+    """What noise of this size alone would leave, relative to the effort (or what stands for it)."""
     shares = []
-    for made, density in ((bench, training), (judge, heldout)):
-        size = np.sqrt(np.mean(made.reference**2, axis=0))
-        shares.append(np.divide(in_band(density, made), size, out=np.zeros_like(size), where=size > 0))
+    for bench, left in zip(benches, noise, strict=True):
+        size = np.sqrt(np.mean(bench.reference**2, axis=0))
+        shares.append(np.divide(left, size, out=np.zeros_like(size), where=size > 0))
     whole = [float(np.sqrt(np.mean(share**2))) for share in shares]
     per_joint = {joint: Errors(float(a), float(b)) for joint, a, b in zip(case.joints, *shares, strict=True)}
     return NoiseFloor(Errors(*whole), per_joint)

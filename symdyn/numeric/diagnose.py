@@ -20,7 +20,7 @@ from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
-from symdyn.numeric.rounding import with_resolutions
+from symdyn.numeric.rounding import below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
@@ -67,7 +67,9 @@ def _diagnose(
     setting = prepare(robot, training, heldout, progress)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
-    inquiry, open_ = Inquiry(setting, case, given, setting, case, given), revisions(setting)
+    inquiry = Inquiry(setting, case, given, setting, case, given)
+    inquiry = inquiry if band is not None else below_steps(inquiry)
+    open_ = revisions(inquiry.setting)
     _refuse_late_efforts(inquiry, progress)
     inquiry = simplified(_searched(inquiry, open_, progress), progress)
     if band is None:

@@ -33,10 +33,17 @@ class Observation:
     sample_time: float
     cutoff: float  # Hz: positions were low-passed there before they were differentiated
     measured: Array  # (N, n) positions before that
+    below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
 
     @property
     def rate(self) -> float:
         return 1.0 / self.sample_time
+
+    @property
+    def motions(self) -> Array:
+        """(n,) Hz: below which each joint's motion is known."""
+        whole = np.full(self.q.shape[1], self.cutoff)
+        return whole if self.below is None else np.minimum(whole, np.array(self.below))
 
 
 def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | None = None) -> Observation:
@@ -89,23 +96,35 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
 
 
 def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) -> float:
-    """Frequency (Hz) below which a position's spectrum stands above its own noise floor without a gap.
-
-    The spectrum is taken of second differences and divided by theirs: the slow, large part of the
-    motion would otherwise leak over everything else.
-    """
+    """Frequency (Hz) below which a position's spectrum stands above its own noise floor without a gap."""
     longest = max(segments, key=lambda part: part.stop - part.start)
     cutoff = 0.0
     for column in positions[longest].T:
-        bend = np.diff(column, 2)
-        frequency, power = signal.welch(bend, rate, nperseg=max(64, min(len(bend), 4096) // 2))
-        frequency, power = frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] / rate)) ** 4
+        frequency, power = _spectrum(column, rate)
         floor = np.median(power[len(power) // 2 :])
-        # Smoothed over neighbours: a single bin of noise exceeds any margin now and then.
-        level = np.convolve(power, np.ones(5) / 5.0, mode="same")
-        quiet = np.flatnonzero(level <= FLOOR_MARGIN * floor)
+        quiet = np.flatnonzero(_level(power) <= FLOOR_MARGIN * floor)
         cutoff = max(cutoff, float(frequency[quiet[0]] if len(quiet) else frequency[-1]))
     return float(np.clip(cutoff, rate / 1000.0, 0.4 * rate))
+
+
+def spectrum(position: Array, rate: float) -> tuple[Array, Array]:
+    """Frequencies (Hz) and power density of a position (N,), smoothed over neighbours."""
+    frequency, power = _spectrum(position, rate)
+    return frequency, _level(power)
+
+
+def _spectrum(position: Array, rate: float) -> tuple[Array, Array]:
+    """It is taken of second differences and divided by theirs: the slow, large part of the motion would otherwise leak
+    over everything else.
+    """
+    bend = np.diff(position, 2)
+    frequency, power = signal.welch(bend, rate, nperseg=max(64, min(len(bend), 4096) // 2))
+    return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] / rate)) ** 4
+
+
+def _level(power: Array) -> Array:
+    """A single bin of noise exceeds any margin now and then."""
+    return np.convolve(power, np.ones(5) / 5.0, mode="same")
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
-from symdyn.numeric.observation import Observation
+from symdyn.numeric.observation import Observation, low_pass
 from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 
@@ -22,6 +23,7 @@ class Reading:
     gain: float = 1.0
     offset: float = 0.0
     limit: float = math.inf
+    motion: float = math.inf  # Hz: where its motion sinks into the encoder's steps; positions are smoothed below that
 
 
 def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
@@ -29,6 +31,7 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
     if all(reading == Reading() for reading in readings):
         return seen
     gain, offset, limit = (np.array([getattr(r, name) for r in readings]) for name in ("gain", "offset", "limit"))
+    seen = _smoothed(seen, readings)
     return replace(
         seen,
         q=(seen.q - offset) / gain,
@@ -37,6 +40,14 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
         measured=(seen.measured - offset) / gain,
         tau=np.clip(seen.tau, -limit, limit),
     )
+
+
+def _smoothed(seen: Observation, readings: Sequence[Reading]) -> Observation:
+    motions = [(i, r.motion) for i, r in enumerate(readings) if r.motion < seen.cutoff]
+    shown = {name: getattr(seen, name).copy() for name in ("q", "qd", "qdd")}
+    for (i, motion), values, part in product(motions, shown.values(), seen.segments):
+        values[part, i] = low_pass(values[part, i], seen.rate, motion)
+    return replace(seen, **shown, below=tuple(r.motion for r in readings)) if motions else seen
 
 
 def declared(robot: Robot) -> tuple[Reading, ...]:

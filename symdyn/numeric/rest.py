@@ -35,11 +35,14 @@ def turning(observation: Observation, edge: float | None, bring: Callable[[Array
     """
     o = observation
     near = np.zeros(o.qd.shape, dtype=bool)
-    if edge is not None and edge > o.cutoff:
-        reach = int(np.ceil(0.5 * o.rate / o.cutoff))
+    for j, motion in enumerate(o.motions):
+        if edge is None or edge <= motion:
+            continue
+        reach = int(np.ceil(0.5 * o.rate / motion))
         for part in o.segments:
-            turns = np.diff(np.sign(o.qd[part]), axis=0, prepend=np.sign(o.qd[part][:1])) != 0
-            near[part] = ndimage.maximum_filter1d(turns, 2 * reach + 1, axis=0)
+            speed = o.qd[part, j]
+            turns = np.diff(np.sign(speed), prepend=np.sign(speed[:1])) != 0
+            near[part, j] = ndimage.maximum_filter1d(turns, 2 * reach + 1)
     return np.asarray(bring(near.astype(float)) > TOUCHED)
 
 
@@ -53,4 +56,4 @@ def speed_noise(observation: Observation) -> Array:
     upper = frequency > 0.5 * frequency[-1]
     density = power[upper] / (2.0 * np.sin(np.pi * frequency[upper, None] / o.rate)) ** 4
     floor = np.median(density, axis=0)
-    return np.asarray(np.sqrt(floor * (2.0 * np.pi) ** 2 * o.cutoff**3 / 3.0))
+    return np.asarray(np.sqrt(floor * (2.0 * np.pi) ** 2 * o.motions**3 / 3.0))

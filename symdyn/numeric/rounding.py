@@ -2,72 +2,133 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.encoder_steps import Steps, coarse, motion_above, rounded
 from symdyn.numeric.explanation import Revised
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.noise_floor import in_band, noise_density
-from symdyn.numeric.observation import low_pass
-from symdyn.numeric.recording import ChannelKey, Recording
-from symdyn.numeric.recording_quality import steps_of
+from symdyn.numeric.search import EARNS
 from symdyn.numeric.setting import Setting
 from symdyn.physics.effect import DISPLACEMENT
+from symdyn.spec.monomials import value_of
 from symdyn.spec.places import places
 from symdyn.spec.records import Quantity
 
 Array = NDArray[np.float64]
 
-MOSTLY = 0.5  # of the power of what is left on held-out data, and of what is quick in the positions
+MOSTLY = 0.5  # of the power of what is left on held-out data
 ENCODER, RESOLUTION = "encoder", "resolution"
-APART = (3.0 - 3.0**0.5) / 6.0  # of a step: rounding errors that far apart on the scale are not correlated
+
+
+def below_steps(inquiry: Inquiry) -> Inquiry:
+    """With the motion of joints taken below where it sinks into their encoder's steps, if that leaves less.
+
+    Accelerations that are mostly steps make inertias too small, and what these leave then is taken for physics. Above
+    that frequency positions tell nothing. Where less than half is left, that is what the recording lacked.
+    """
+    for joint, steps in _coarse(inquiry.setting):
+        before, setting = inquiry.given, inquiry.setting.below(joint, steps.motion)
+        after, room = setting.case(*inquiry.band).explain(), _with_room(inquiry)
+        left = [float(np.sum((e.heldout * before.weight)[:, room] ** 2)) for e in (before, after)]
+        if left[1] > (1.0 - EARNS) ** 2 * left[0]:
+            continue
+        case = setting.case(setting.given())
+        given = case.explain()
+        inquiry = replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)
+        if left[1] < (1.0 - MOSTLY) * left[0]:
+            told = f"its motion is taken below {steps.motion:.3g} Hz"
+            inquiry = _told(inquiry, joint, steps, 1.0 - left[1] / left[0], told)
+    return inquiry
 
 
 def with_resolutions(inquiry: Inquiry) -> Inquiry:
     """With a finding for each encoder that the model gives no steps, and whose steps tell most of what is left.
 
     Every encoder has steps. Those that hide something are most of what trembles in its positions, and are looked for at
-    the joints where the noise of the efforts leaves them room to be most of what is left.
-
-    What rounding does is measured: the positions, smoothed, go the same way to the residual as they are, and rounded to
-    another scale with the same steps. The difference is like what the encoder's own rounding left: a sawtooth, whose
-    power is where it is in the band, however slowly the joint turns.
+    the joints where the noise of the efforts leaves them room to be most of what is left. What rounding does there is
+    measured: positions, smoothed and rounded again, go to the residual as they are.
     """
-    setting, case, current = inquiry.setting, inquiry.case, inquiry.current
-    told = _with_room(inquiry)
-    known = {e.at for e in setting.robot.effects if e.type == ENCODER and RESOLUTION in dict(e.values)}
-    at = {place.address: place for place in places(setting.robot)}
+    current, room = inquiry.current, _with_room(inquiry)
+    for joint, steps in _coarse(inquiry.setting):
+        left = float(np.sum((current.heldout * current.weight)[:, room] ** 2))
+        own = (_by_steps(inquiry, joint, steps.size, False) * current.weight)[:, room]
+        if left > 0.0 and np.sum(own**2) >= MOSTLY * left:
+            inquiry = _told(inquiry, joint, steps, float(np.sum(own**2)) / left, "nothing smaller can be told")
+    return inquiry
+
+
+def left_by_steps(inquiry: Inquiry) -> tuple[Array, Array]:
+    """(n,) root mean square of what the steps of encoders leave of the residual: training, held out.
+
+    Of those that are known: by the model, or found.
+    """
+    sizes = [item for item in _known(inquiry.setting).items() if item[1] > 0.0]
+    none = np.zeros(len(inquiry.setting.joints))
+    power = [
+        sum((np.mean(_by_steps(inquiry, *item, training) ** 2, axis=0) for item in sizes), start=none)
+        for training in (True, False)
+    ]
+    return np.sqrt(power[0]), np.sqrt(power[1])
+
+
+def _coarse(setting: Setting) -> Iterator[tuple[str, Steps]]:
+    """Joints whose encoder trembles by no more than its steps."""
+    recording = setting.heldout
     for joint in setting.joints:
-        used = setting.heldout.key(Quantity.POSITION, joint)
-        steps = None if used is None else steps_of(setting.heldout.channels[used])
-        if used is None or steps is None or joint in known or not np.any(current.heldout[:, told]):
-            continue
-        recording, edge = setting.heldout, case.judge.observation.cutoff
-        smooth = _smoothed(recording, recording.channels[used], edge)
-        rounded = (np.round(smooth / steps[0] + APART) - APART) * steps[0]
-        noise, own = (x - _smoothed(recording, x, edge) for x in (recording.channels[used], rounded))
-        if np.sum(own**2) < MOSTLY * np.sum(noise**2):
-            continue  # the encoder trembles by more than its steps
-        ends = [
-            (case.residual(_shown(setting, used, x).case(*inquiry.band).judged, current) * current.weight)[:, told]
-            for x in (smooth, rounded)
-        ]
-        share = float(np.sum((ends[1] - ends[0]) ** 2) / np.sum((current.heldout * current.weight)[:, told] ** 2))
-        if share < MOSTLY:
-            continue
-        estimate = Estimate(*steps, DISPLACEMENT[at[joint].motion])
-        earlier = next((r for r in setting.revised if (r.effect, r.place) == (ENCODER, joint)), None)
-        values = {**(earlier.values if earlier else {}), RESOLUTION: estimate}
-        setting = setting.with_revision(Revised(ENCODER, "encoder resolution", joint, values))
-        error = case.errors(current).heldout  # stays: what rounding did is known in size, not in course
-        found = Finding(ENCODER, "encoder resolution", joint, {RESOLUTION: estimate}, error, error, 0.0, ())
-        words = f"the steps of the encoder at {joint} leave {100.0 * min(share, 1.0):.0f} % of what is left"
-        inquiry = replace(inquiry, findings=(*inquiry.findings, found)).noting(f"{words}: nothing smaller can be told")
+        key = recording.key(Quantity.POSITION, joint)
+        steps = None if key is None else coarse(recording, key)
+        if steps is not None:
+            yield joint, steps
+
+
+def _told(inquiry: Inquiry, joint: str, steps: Steps, share: float, so: str) -> Inquiry:
+    """With the finding, unless it is there, or the model knows."""
+    setting, case = inquiry.setting, inquiry.case
+    if joint in _known(setting):
+        return inquiry
+    place = next(p for p in places(setting.robot) if p.address == joint)
+    estimate = Estimate(steps.size, steps.standard_error, DISPLACEMENT[place.motion])
+    earlier = next((r for r in setting.revised if (r.effect, r.place) == (ENCODER, joint)), None)
+    values = {**(earlier.values if earlier else {}), RESOLUTION: estimate}
+    setting = setting.with_revision(Revised(ENCODER, "encoder resolution", joint, values))
+    error = case.errors(inquiry.current).heldout  # stays: what rounding did is known in size, not in course
+    found = Finding(ENCODER, "encoder resolution", joint, {RESOLUTION: estimate}, error, error, 0.0, ())
+    words = f"the steps of the encoder at {joint} leave {100.0 * min(share, 1.0):.0f} % of what is left"
     case = replace(case, revised=setting.revised)
-    return replace(inquiry, setting=setting, case=case)
+    inquiry = replace(inquiry, setting=setting, case=case, findings=(*inquiry.findings, found))
+    return inquiry.noting(f"{words}: {so}")
+
+
+def _known(setting: Setting) -> dict[str, float]:
+    """Joints and steps of the encoders of which the model, or a finding, says them."""
+    numbers = {p.name: p.value for p in setting.robot.parameters}
+    steps = {
+        e.at: value_of(dict(e.values)[RESOLUTION], numbers) or 0.0
+        for e in setting.robot.effects
+        if e.type == ENCODER and RESOLUTION in dict(e.values) and e.at in setting.joints
+    }
+    return steps | {r.place: r.values[RESOLUTION].value for r in setting.revised if RESOLUTION in r.values}
+
+
+def _by_steps(inquiry: Inquiry, joint: str, size: float, training: bool) -> Array:
+    """(K, n) what rounding the positions of a joint to such steps does to the residual."""
+    setting, case = inquiry.setting, inquiry.case
+    recording = setting.training if training else setting.heldout
+    key = recording.key(Quantity.POSITION, joint)
+    assert key is not None
+    ends = []
+    for x in rounded(recording, key, size, motion_above(recording, key, size)):
+        shown = replace(recording, channels={**recording.channels, key: x})
+        given = (shown, setting.heldout) if training else (setting.training, shown)
+        other = replace(setting, training=given[0], heldout=given[1], _shown={}).case(*inquiry.band)
+        ends.append(case.residual(other.laws if training else other.judged, inquiry.current))
+    return np.asarray(ends[1] - ends[0])
 
 
 def _with_room(inquiry: Inquiry) -> NDArray[np.bool_]:
@@ -75,17 +136,3 @@ def _with_room(inquiry: Inquiry) -> NDArray[np.bool_]:
     judge, current = inquiry.case.judge, inquiry.current
     noise = in_band(noise_density(judge, current.fit.p), judge)
     return np.asarray((1.0 - MOSTLY) * np.mean(current.heldout**2, axis=0) > noise**2)
-
-
-def _smoothed(recording: Recording, values: Array, cutoff: float) -> Array:
-    """(N,) without what is quicker."""
-    smooth = values.copy()
-    for part in recording.segments:
-        smooth[part] = low_pass(smooth[part], 1.0 / recording.sample_time, cutoff)
-    return smooth
-
-
-def _shown(setting: Setting, key: ChannelKey, values: Array) -> Setting:
-    """The same setting, with other values in this channel of its held-out recording."""
-    recording = setting.heldout
-    return replace(setting, heldout=replace(recording, channels={**recording.channels, key: values}), _shown={})

@@ -71,6 +71,12 @@ class Setting:
         others = tuple(r for r in self.revised if (r.effect, r.place) != (revised.effect, revised.place))
         return replace(self, revised=(*others, revised))
 
+    def below(self, joint: str, motion: float) -> Setting:
+        """With the motion of that joint taken below so many Hz."""
+        readings, i = list(self.readings), self.joints.index(joint)
+        readings[i] = replace(readings[i], motion=motion)
+        return replace(self, readings=tuple(readings))
+
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""
         bench = self.whole.bench

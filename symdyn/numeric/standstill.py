@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.rest import resting, touched
+from symdyn.numeric.rest import resting, touched, turning
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -19,7 +19,8 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
 
     Of a moving joint that is inverse dynamics. Of a joint that stands, Coulomb's law is a set: any
     force between those of starting either way holds it (Filippov 1988). The residual is then the
-    distance from that set, zero within it. Without dry friction in the model the set is one number.
+    distance from that set, zero within it. Without dry friction in the model the set is one number. Where a joint
+    turns faster than its motion is known nothing is counted.
     """
     residual = bench.bring(bench.raw_residual(p))
     o = bench.observation
@@ -35,4 +36,5 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
         distance = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
         dry = near[:, j] & (high - low > JUMP * float(np.max(np.abs(bench.reference[:, j]), initial=0.0)))
         residual[dry, j] = distance[dry]
-    return residual
+    fast = turning(o, bench.band.cutoff if bench.band else None, bench.bring)
+    return np.where(fast & (bench.moving == 0.0), 0.0, residual)

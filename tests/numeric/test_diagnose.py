@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -127,6 +128,20 @@ def test_a_wave_along_an_axis_that_slides_is_a_ripple_too() -> None:
         {"cosine": 0.5, "sine": 0.0, "order": 40.0}, abs=0.02
     )
     assert ripple.parameters["order"].unit == "rad/m"
+
+
+def test_steps_of_an_encoder_make_no_inertia_smaller(robot: Robot) -> None:
+    """Second differences of 300 steps per turn are mostly steps: least squares on them would lose some inertia."""
+    step, runs = 2.0 * np.pi / 300.0, []
+    for seed in (1, 1 + HELDOUT):
+        shown = record(seed)
+        channels = {k: step * np.round(x / step) if k[0] == "position" else x for k, x in shown.channels.items()}
+        runs.append(replace(shown, channels=channels))
+    found = diagnose(robot, *runs)
+    assert [(f.effect, f.place) for f in found.findings] == [("encoder", "arm")]
+    assert found.verdict is Verdict.MISSING_PHYSICS
+    model = {name: estimate.value for name, estimate in found.model.items()}
+    assert model["I"] + model["m"] * model["r"] ** 2 == pytest.approx(INERTIA + MASS * 0.3**2, rel=0.01)
 
 
 def test_errors_told_are_those_of_the_finding() -> None:
