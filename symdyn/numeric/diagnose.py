@@ -20,7 +20,7 @@ from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
-from symdyn.numeric.rounding import below_steps, with_resolutions
+from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
@@ -156,6 +156,8 @@ def _reexamined(inquiry: Inquiry) -> Inquiry:
             told = f"{candidate.label} was taken out again: later findings explain it better"
             inquiry = replace(inquiry, current=less).noting(told)
     for revised in inquiry.setting.revised[: None if inquiry.current.found else -1]:
+        if set(revised.values) == {RESOLUTION}:  # nothing that a fit holds: known in size, not in course
+            continue
         bare = without(inquiry, revised)
         if not inquiry.case.earns(bare.current, inquiry.current):
             inquiry = bare.noting(f"{revised.title} at {revised.place} was taken out again: the rest explains it")

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 MOSTLY = 0.5  # of the power of what trembles in the positions
 APART = (3.0 - 3.0**0.5) / 6.0  # of a step: rounding errors that far apart on the scale are not correlated
 ROUNDS = 5  # of the search of where a motion sinks into the steps
+NOTHING = 1e-30  # of the largest power
 SLOWEST = 4  # bins of a spectrum: where that search begins
 
 
@@ -54,8 +55,9 @@ def motion_above(recording: Recording, key: ChannelKey, size: float) -> float:
     for _ in range(ROUNDS):
         smooth, steps = rounded(recording, key, size, motion)
         _, own = spectrum((steps - smooth)[longest], rate)
-        clearest = int(np.argmax(shown / own))  # below it the slow part of either leaks over the rest
-        sunk = clearest + np.flatnonzero(shown[clearest:] <= FLOOR_MARGIN * own[clearest:])
+        over = shown / np.maximum(own, NOTHING * shown.max())
+        clearest = int(np.argmax(over))  # below it the slow part of either leaks over the rest
+        sunk = clearest + np.flatnonzero(over[clearest:] <= FLOOR_MARGIN)
         motion, before = float(frequency[sunk[0]] if len(sunk) else frequency[-1]), motion
         if motion == before:
             break
