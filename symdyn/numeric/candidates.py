@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from symdyn.physics import catalogue
+from symdyn.physics import catalogue, load_dependent
 from symdyn.physics.effect import Effect
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
@@ -71,6 +71,7 @@ class Candidate:
 def candidates(robot: Robot) -> tuple[Candidate, ...]:
     """Every proposable effect at every joint where the robot does not have it yet."""
     present = {(e.type, e.at) for e in robot.effects}
+    passive = {joint.name for joint in robot.joints if joint.passive}
     found = []
     for place in places(robot):
         if place.kind is not PlaceKind.JOINT:  # the measured places; rigid rotors move with their joint
@@ -79,6 +80,8 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
             if not effect.proposable or place.kind not in effect.attaches_to or place.motion not in effect.motions:
                 continue
             if (effect.identifier, place.address) in present:
+                continue
+            if effect.identifier in load_dependent() and place.address in passive:  # its friction is all its load
                 continue
             found += [candidate(effect, place, counts) for counts in _counts(effect)]
     return tuple(found)

@@ -38,7 +38,7 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
         left = [float(np.sum((e.heldout * before.weight)[:, room] ** 2)) for e in (before, after)]
         if left[1] > (1.0 - EARNS) ** 2 * left[0]:
             continue
-        case = setting.case(setting.given())
+        case = setting.case(min(setting.given(), max(r.motion for r in setting.readings)))
         given = case.explain()
         inquiry = replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)
         if left[1] < (1.0 - MOSTLY) * left[0]:
