@@ -15,6 +15,7 @@ from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.revision import Revision
 from symdyn.numeric.search import TIE, Search, Trial, rank
+from symdyn.numeric.together import pair_that_earns
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -60,7 +61,12 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
             inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
             adopted.append(revised[1])
         elif step is None:
-            return inquiry.noting(*refusals)
+            both = pair_that_earns(inquiry, search, proposed)
+            if both is None:
+                return inquiry.noting(*refusals)
+            pair, better = both
+            found = tuple(finding_of(case, candidate, current, better) for candidate in pair)
+            inquiry = _refitted(replace(inquiry, current=better, findings=(*inquiry.findings, *found)), adopted)
         else:
             trial, better = step
             others = _alternatives(inquiry, earning, trial)

@@ -131,6 +131,29 @@ def test_a_wave_along_an_axis_that_slides_is_a_ripple_too() -> None:
     assert ripple.parameters["order"].unit == "rad/m"
 
 
+def test_two_effects_that_hide_each_other_are_found_together() -> None:
+    """Fitted by viscous friction, dry friction and quadratic drag leave opposite curves of speed, of one size here."""
+    slide = robot_from_text(SLIDE, "slide.toml")
+
+    def recorded(seed: int) -> Recording:
+        rng, time = np.random.default_rng([seed, 5]), np.arange(5000) / 500.0
+        omega, size = 2.0 * np.pi * np.array([0.4, 0.93]) * (1.0 + 0.001 * seed), np.array([0.4, 0.02])
+        angle = np.outer(time, omega) + rng.uniform(0.0, 2.0 * np.pi, 2)
+        q, v, a = np.sin(angle) @ size, np.cos(angle) @ (size * omega), -np.sin(angle) @ (size * omega**2)
+        noise = rng.standard_normal((2, len(time)))
+        force = 3.0 * a + 2.0 * v + 0.3 * np.sign(v) + 1.0 * v * np.abs(v) + 0.02 * noise[0]
+        return recording(time, q + 1e-6 * noise[1], force, f"run-{seed}")
+
+    found = diagnose(slide, recorded(1), recorded(1 + HELDOUT))
+    assert found.verdict is Verdict.MISSING_PHYSICS
+    told = {f.effect: next(iter(f.parameters.values())) for f in found.findings}
+    assert set(told) == {"coulomb_friction", "quadratic_drag"}
+    for effect, truth in (("coulomb_friction", 0.3), ("quadratic_drag", 1.0)):
+        se = told[effect].se
+        assert se is not None
+        assert abs(told[effect].value - truth) < 4.0 * se < 0.05 * truth
+
+
 @pytest.mark.parametrize("missing", [None, "Coulomb friction"])
 def test_steps_of_an_encoder_make_no_inertia_smaller(robot: Robot, missing: str | None) -> None:
     """Second differences of 100 steps per turn are mostly steps: least squares on them loses all inertia but 0.4 %."""

@@ -1,0 +1,53 @@
+"""Two effects at one place that explain something only together: beside the model's parameters each hides the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.explanation import LEVEL, Explanation, akin
+from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.regression import likelier, log_loss
+from symdyn.numeric.search import Search, within
+
+BEST = 3  # pairs that are fitted
+Pair = tuple[Candidate, Candidate]
+
+
+def pair_that_earns(inquiry: Inquiry, search: Search, proposed: Sequence[Candidate]) -> tuple[Pair, Explanation] | None:
+    """The best pair that held-out data confirm, where no effect does by itself.
+
+    Dry friction and quadratic drag, fitted by viscous friction, leave the opposite of one another. Pairs are those of
+    laws without a shape; each of the two must be within its bounds, and its size certain.
+    """
+    simple = [c for c in proposed if not c.shapes]
+    pairs = [(a, b) for a, b in combinations(simple, 2) if a.place == b.place and not akin(a.effect, b.effect)]
+    tried = []
+    for pair in pairs:
+        errors = search.errors_with(_columns(search, pair))
+        gain, p_value = likelier(search.errors, errors)
+        if gain > 0 and p_value * len(pairs) < LEVEL:
+            tried.append((log_loss(errors), pair))
+    for _, pair in sorted(tried, key=lambda item: item[0])[:BEST]:
+        case, current = inquiry.case, inquiry.current
+        try:
+            after = case.explain((*current.found, *((c, ()) for c in pair)), current)
+        except NumericalError:
+            continue
+        fitted = after.fitted[-2:]
+        admissible = all(within(c.linear, np.array(f.coefficients)) for c, f in zip(pair, fitted, strict=True))
+        if admissible and all(case.certain(c, after) for c in pair) and case.earns(current, after):
+            return pair, after
+    return None
+
+
+def _columns(search: Search, pair: Pair) -> np.ndarray:
+    """(K, n, k) at the joint of the pair."""
+    own = np.concatenate([search.laws.columns(c, (), search.p) for c in pair], axis=1)
+    columns = np.zeros((*search.target.shape, own.shape[1]))
+    columns[:, search.laws.joint(pair[0])] = own
+    return columns
