@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.blind import laws
-from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
+from benchmarks.blind.machine import Machine, Place, Recorded, effect_table, joint_channels, parameter_lines
 from benchmarks.blind.motions import CONTROL, WIND_UP, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
@@ -72,7 +72,7 @@ class Axis(Machine):
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
         gone = {part for plant in planted for part in plant.omitted}
         kept = [law for law in OWN if law[0] not in gone]
-        effects = "".join(f'\n[[effect]]\ntype = "{effect}"\nat = "j1"\n{n} = "{p}"\n' for _, p, effect, n in kept)
+        effects = "".join(effect_table(effect, "j1", {name: f'"{p}"'}) for _, p, effect, name in kept)
         return MODEL.format(
             parameters=parameter_lines(self.truth, given, {p for _, p, _, _ in OWN} - {p for _, p, _, _ in kept}),
             effects=effects + self.form_text(planted, form),

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.blind import laws
 from benchmarks.blind.chain import AMPLIFIER, SHAFT, SUPPLY, simulate
-from benchmarks.blind.machine import Machine, Place, Recorded, parameter_lines
+from benchmarks.blind.machine import Machine, Place, Recorded, effect_table, parameter_lines
 from benchmarks.blind.motions import CONTROL, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, TACHO_CONSTANT, analogue, encoder, faulty
@@ -130,7 +130,7 @@ class Drive(Machine):
                 if f"{kind} {address}" in gone:
                     spare.add(letter)
                     continue
-                text += f'\n[[effect]]\ntype = "{effect}"\nat = "{address}"\n{name} = "{letter}"\n'
+                text += effect_table(effect, address, {name: f'"{letter}"'})
         return text, spare
 
 

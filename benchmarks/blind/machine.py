@@ -86,13 +86,17 @@ class Machine(ABC):
         found = []
         for plant in planted:
             for effect, values in plant.forms[0].items() if plant.forms else ():
-                lines = "".join(f"{name} = {value:.9g}\n" for name, value in values.items())
-                found.append(f'\n[[effect]]\ntype = "{effect}"\nat = "{plant.place}"\n{lines}')
+                found.append(effect_table(effect, plant.place, {k: f"{value:.9g}" for k, value in values.items()}))
         return "".join(found)
 
 
 def parameter_lines(truth: Mapping[str, tuple[float, str]], given: Mapping[str, float], left_out: set[str]) -> str:
     return "\n".join(f'{k} = "{given[k]:.9g} {unit}"' for k, (_, unit) in truth.items() if k not in left_out)
+
+
+def effect_table(effect: str, at: str, values: Mapping[str, str]) -> str:
+    lines = "".join(f"{name} = {value}\n" for name, value in values.items())
+    return f'\n[[effect]]\ntype = "{effect}"\nat = "{at}"\n{lines}'
 
 
 def joint_channels(joints: Sequence[str], quantity: str, unit: str, position: str = "rad") -> str:

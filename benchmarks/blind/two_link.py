@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.blind import laws
-from benchmarks.blind.machine import Machine, Place, Recorded, joint_channels, parameter_lines
+from benchmarks.blind.machine import Machine, Place, Recorded, effect_table, joint_channels, parameter_lines
 from benchmarks.blind.motions import CONTROL, WIND_UP, multisine
 from benchmarks.blind.planting import Planted, rows
 from benchmarks.blind.sensors import LEVELS, analogue, encoder, faulty
@@ -80,9 +80,7 @@ class TwoLink(Machine):
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
         gone = {part for plant in planted for part in plant.omitted}
         own = {f"j{i}": f"b_{i}" for i in (1, 2) if f"viscous j{i}" not in gone}
-        effects = [
-            f'\n[[effect]]\ntype = "viscous_friction"\nat = "{at}"\ncoefficient = "{b}"\n' for at, b in own.items()
-        ]
+        effects = [effect_table("viscous_friction", at, {"coefficient": f'"{b}"'}) for at, b in own.items()]
         return MODEL.format(
             gravity="0" if "gravity" in gone and not form else "-9.81",
             parameters=parameter_lines(self.truth, given, {"b_1", "b_2"} - set(own.values())),

@@ -42,8 +42,9 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
     after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
-    density = noise_density(judge, emitted.values)
-    noise = _noise((bench, judge), emitted.values, left_by_steps(inquiry))
+    densities = [noise_density(each, emitted.values) for each in (bench, judge)]
+    ways = zip((bench, judge), densities, left_by_steps(inquiry), strict=True)
+    noise = [np.hypot(in_band(density, each), steps) for each, density, steps in ways]  # of efforts, and of encoders
     remaining = leftover(
         (admissible_residual(bench, emitted.values), _motion(bench)),
         (admissible_residual(judge, emitted.values), _motion(judge)),
@@ -76,7 +77,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
         band=case.bench.band.cutoff if case.bench.band else 0.0,
         training=training,
         heldout=heldout,
-        traces=_traces((first.judge, given.fit.p), (judge, emitted.values), density, tuple(case.joints)),
+        traces=_traces((first.judge, given.fit.p), (judge, emitted.values), densities[1], tuple(case.joints)),
         located=where_and_when(first, given),
         noise_floor=_noise_floor(case, (bench, judge), noise),
     )
@@ -89,13 +90,8 @@ def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
     return located(case.bench, case.judge, fitted_of(case, given), residuals, groups)
 
 
-def _noise(benches: Sequence[Workbench], p: Array, steps: Sequence[Array]) -> list[Array]:
-    """(n,) root mean square of what the sensors leave in the band: noise of efforts, and the steps of encoders."""
-    return [np.hypot(in_band(noise_density(bench, p), bench), own) for bench, own in zip(benches, steps, strict=True)]
-
-
 def _noise_floor(case: Case, benches: Sequence[Workbench], noise: Sequence[Array]) -> NoiseFloor:
-    """What noise of this size alone would leave, relative to the effort (or what stands for it)."""
+    """What noise of this root mean square (n,) alone would leave, relative to the effort (or what stands for it)."""
     shares = []
     for bench, left in zip(benches, noise, strict=True):
         size = np.sqrt(np.mean(bench.reference**2, axis=0))

@@ -68,7 +68,8 @@ def _diagnose(
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     inquiry = Inquiry(setting, case, given, setting, case, given)
-    inquiry = inquiry if band is not None else below_steps(inquiry)
+    if band is None:
+        inquiry = below_steps(inquiry)
     open_ = revisions(inquiry.setting)
     _refuse_late_efforts(inquiry, progress)
     inquiry = simplified(_searched(inquiry, open_, progress), progress)

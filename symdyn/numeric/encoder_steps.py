@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.observation import FLOOR_MARGIN, low_pass, spectrum
+from symdyn.numeric.observation import FLOOR_MARGIN, smoothed, spectrum
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.numeric.recording_quality import steps_of
 
@@ -38,8 +38,9 @@ def coarse(recording: Recording, key: ChannelKey) -> Steps | None:
     found = steps_of(shown)
     if found is None:
         return None
-    motion = motion_above(recording, key, found[0])
-    noise, own = (smoothed(recording, x, motion) - x for x in (shown, rounded(recording, key, found[0], motion)[1]))
+    motion, rate = motion_above(recording, key, found[0]), 1.0 / recording.sample_time
+    ways = shown, rounded(recording, key, found[0], motion)[1]
+    noise, own = (x - smoothed(x, recording.segments, rate, motion) for x in ways)
     return None if np.sum(own**2) < MOSTLY * np.sum(noise**2) else Steps(*found, motion)
 
 
@@ -70,13 +71,5 @@ def rounded(recording: Recording, key: ChannelKey, size: float, motion: float) -
     Their difference is like what the encoder's own rounding did: a sawtooth, whose power is where it is, however slowly
     the joint turns.
     """
-    smooth = smoothed(recording, recording.channels[key], motion)
+    smooth = smoothed(recording.channels[key], recording.segments, 1.0 / recording.sample_time, motion)
     return smooth, (np.round(smooth / size + APART) - APART) * size
-
-
-def smoothed(recording: Recording, values: Array, cutoff: float) -> Array:
-    """(N,) without what is quicker."""
-    smooth = values.copy()
-    for part in recording.segments:
-        smooth[part] = low_pass(smooth[part], 1.0 / recording.sample_time, cutoff)
-    return smooth

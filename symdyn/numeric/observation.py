@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,6 +135,14 @@ def low_pass(values: Array, rate: float, cutoff: float) -> Array:
     sections = signal.butter(FILTER_ORDER, cutoff, fs=rate, output="sos")
     pad = min(len(values) - 1, int(3 * rate / cutoff))
     return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padlen=pad))
+
+
+def smoothed(values: Array, segments: Sequence[slice], rate: float, cutoff: float) -> Array:
+    """(N,) without what is quicker, each stretch by itself."""
+    smooth = values.copy()
+    for part in segments:
+        smooth[part] = low_pass(smooth[part], rate, cutoff)
+    return smooth
 
 
 def _refuse_hidden(robot: Robot, kernel: Kernel) -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
-from symdyn.numeric.observation import Observation, low_pass
+from symdyn.numeric.observation import Observation, smoothed
 from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 
@@ -43,11 +42,15 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
 
 
 def _smoothed(seen: Observation, readings: Sequence[Reading]) -> Observation:
-    motions = [(i, r.motion) for i, r in enumerate(readings) if r.motion < seen.cutoff]
+    """The motion of each joint below the frequency that its reading says."""
+    below = tuple(r.motion for r in readings)
+    if min(below) >= seen.cutoff:
+        return seen
     shown = {name: getattr(seen, name).copy() for name in ("q", "qd", "qdd")}
-    for (i, motion), values, part in product(motions, shown.values(), seen.segments):
-        values[part, i] = low_pass(values[part, i], seen.rate, motion)
-    return replace(seen, **shown, below=tuple(r.motion for r in readings)) if motions else seen
+    for i, motion in enumerate(below):
+        for values in shown.values() if motion < seen.cutoff else ():
+            values[:, i] = smoothed(values[:, i], seen.segments, seen.rate, motion)
+    return replace(seen, **shown, below=below)
 
 
 def declared(robot: Robot) -> tuple[Reading, ...]:

@@ -111,6 +111,11 @@ class Search:
         flat = basis.reshape(len(left), -1)  # of no columns, where the model's own take this shape up
         return np.asarray(left - flat @ (flat.T @ left))
 
+    def errors_beside(self, laws: Sequence[Candidate]) -> Array:
+        """(K, n) cross-validated errors with several laws without a shape, all at one place."""
+        columns = np.concatenate([self._columns(law, ()) for law in laws], axis=1)
+        return self._cross_validated(self._orthonormal(columns, self.laws.joint(laws[0])))
+
     def errors_with(self, columns: Array) -> Array:
         """(K, n) cross-validated errors with columns (K, n, k) that act at all joints, unweighted."""
         flat = (columns * self.weight[:, None]).reshape(-1, columns.shape[2])

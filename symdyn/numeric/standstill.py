@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.rest import resting, touched, turning
+from symdyn.numeric.rest import resting, touched
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -36,5 +36,4 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
         distance = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
         dry = near[:, j] & (high - low > JUMP * float(np.max(np.abs(bench.reference[:, j]), initial=0.0)))
         residual[dry, j] = distance[dry]
-    fast = turning(o, bench.band.cutoff if bench.band else None, bench.bring)
-    return np.where(fast & (bench.moving == 0.0), 0.0, residual)
+    return np.where(bench.turning & (bench.moving == 0.0), 0.0, residual)

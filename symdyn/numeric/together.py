@@ -28,7 +28,7 @@ def pair_that_earns(inquiry: Inquiry, search: Search, proposed: Sequence[Candida
     pairs = [(a, b) for a, b in combinations(simple, 2) if a.place == b.place and not akin(a.effect, b.effect)]
     tried = []
     for pair in pairs:
-        errors = search.errors_with(_columns(search, pair))
+        errors = search.errors_beside(pair)
         gain, p_value = likelier(search.errors, errors)
         if gain > 0 and p_value * len(pairs) < LEVEL:
             tried.append((log_loss(errors), pair))
@@ -43,11 +43,3 @@ def pair_that_earns(inquiry: Inquiry, search: Search, proposed: Sequence[Candida
         if admissible and all(case.certain(c, after) for c in pair) and case.earns(current, after):
             return pair, after
     return None
-
-
-def _columns(search: Search, pair: Pair) -> np.ndarray:
-    """(K, n, k) at the joint of the pair."""
-    own = np.concatenate([search.laws.columns(c, (), search.p) for c in pair], axis=1)
-    columns = np.zeros((*search.target.shape, own.shape[1]))
-    columns[:, search.laws.joint(pair[0])] = own
-    return columns

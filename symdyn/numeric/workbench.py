@@ -35,7 +35,8 @@ class Workbench:
         o = observation
         whole = np.ascontiguousarray
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
-        standing = touched(o, self.bring) | turning(o, band.cutoff if band else None, self.bring)
+        self.turning = turning(o, band.cutoff if band else None, self.bring)  # (K, n)
+        standing = touched(o, self.bring) | self.turning
         judged = ~standing | (np.mean(standing, axis=0) > MOSTLY) | planned
         self.moving: Array = judged.astype(float)  # (K, n) 0 where a joint stands: dry friction may be anything there
         self.effort: Array = self.bring(o.tau) * self.moving
