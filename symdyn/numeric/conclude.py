@@ -20,7 +20,7 @@ from symdyn.numeric.leftover import leftover
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.rounding import left_by_steps
-from symdyn.numeric.skew import Skew
+from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import EXPLAINED, HOLDS, verdict_of
 from symdyn.numeric.workbench import Workbench
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 FOUND = "found by symdyn diagnose"
 
 
-def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = None) -> Diagnosis:
+def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     """Write the new robot, re-emit its kernel, and take every number "after" from that kernel."""
     case, final, first, given = inquiry.case, inquiry.current, inquiry.first, inquiry.given
     findings, alarms = inquiry.findings, inquiry.alarms
@@ -55,6 +55,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str, skew: Skew | None = 
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     told = []
+    skew = skew_left(case, final)
     if skew is not None:
         told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
         if not remaining.structured:

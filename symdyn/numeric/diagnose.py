@@ -24,7 +24,7 @@ from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
-from symdyn.numeric.skew import check_skew, effort_skew, skew_left, tells_nearly_all, with_skew
+from symdyn.numeric.skew import aligned, check_skew, effort_skew, skew_left, tells_half, tells_nearly_all, with_skew
 from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
@@ -76,12 +76,16 @@ def _diagnose(
     if band is None:
         inquiry = simplified(_widened(inquiry, progress), progress)
     inquiry = _physical(_reexamined(inquiry))
-    skew = check_skew(inquiry.first, inquiry.given, inquiry.case, inquiry.current)
+    check_skew(inquiry.first, inquiry.given, inquiry.current)
+    late = inquiry
+    if tells_half(inquiry.case, inquiry.current):
+        progress("the efforts are late: the search goes on with the clocks aligned")
+        inquiry = aligned(_physical(_reexamined(_searched(aligned(inquiry), open_, progress))))
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
-    inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), skew))
-    return conclude(inquiry, training.name, heldout.name, skew)
+    inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), late))
+    return conclude(inquiry, training.name, heldout.name)
 
 
 def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
@@ -95,7 +99,7 @@ def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
     search = Search(case.laws, given.fit.p, given.training, given.design, given.weight)
     earning, _ = rank(search, ready(inquiry.setting.proposed, case.robot, given.effects), LEVEL, progress)
     step, _ = first_that_earns(inquiry, earning[:FEW])
-    check_skew(case, given, case, given if step is None else step[1])
+    check_skew(case, given, given if step is None else step[1])
 
 
 def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from symdyn.numeric.observation import Observation, smoothed
 from symdyn.spec.monomials import value_of
@@ -23,6 +25,7 @@ class Reading:
     offset: float = 0.0
     limit: float = math.inf
     motion: float = math.inf  # Hz: where its motion sinks into the encoder's steps; positions are smoothed below that
+    late: float = 0.0  # s: its effort was recorded that much later than its motion
 
 
 def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
@@ -37,8 +40,19 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
         qd=seen.qd / gain,
         qdd=seen.qdd / gain,
         measured=(seen.measured - offset) / gain,
-        tau=np.clip(seen.tau, -limit, limit),
+        tau=np.clip(_advanced(seen, readings), -limit, limit),
     )
+
+
+def _advanced(seen: Observation, readings: Sequence[Reading]) -> NDArray[np.float64]:
+    """(N, n) efforts as they were when the motion was; at the end of a stretch the last one stays."""
+    tau = seen.tau.copy()
+    for part in seen.segments:
+        time = seen.time[part]
+        for i, late in enumerate(r.late for r in readings):
+            if late:
+                tau[part, i] = CubicSpline(time, seen.tau[part, i])(np.clip(time + late, time[0], time[-1]))
+    return tau
 
 
 def _smoothed(seen: Observation, readings: Sequence[Reading]) -> Observation:

@@ -118,10 +118,11 @@ def steps_of(values: Samples) -> tuple[float, float] | None:
     counts = np.cumsum(np.round(multiples))
     if len(counts) < FEWEST_LEVELS or not np.all(on_grid):
         return step, step / counts[-1]
-    off = levels - levels.mean()  # digits that a file left out average out over all levels
+    off = levels - levels.mean()
     counts = counts - counts.mean()
     slope = float(counts @ off / (counts @ counts))
-    return slope, float(np.std(off - slope * counts) / math.sqrt(counts @ counts))
+    most = float(np.max(np.abs(off - slope * counts)))  # digits that a file left out repeat: errors may go together
+    return slope, most / math.sqrt(3.0) * float(np.sum(np.abs(counts)) / (counts @ counts))
 
 
 def skew(early: Samples, late: Samples, step: float) -> Skew | None:

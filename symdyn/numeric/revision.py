@@ -87,7 +87,14 @@ class Misread:
         ]
 
     def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
-        value = self._limits(inquiry)[tried] if self.what == "limit" else self._stands(inquiry.setting)
+        limited = self.what == "limit"
+        return self._from(inquiry, self._limits(inquiry)[tried] if limited else self._stands(inquiry.setting))
+
+    def refitted(self, inquiry: Inquiry) -> Inquiry | None:
+        return self._from(inquiry, self._stands(inquiry.setting))
+
+    def _from(self, inquiry: Inquiry, value: float) -> Inquiry | None:
+        """Fitted, from that value on."""
         case, current = inquiry.case, inquiry.current
         for _ in range(ROUNDS):
             case = self._setting(inquiry.setting, value).case(*inquiry.band)
@@ -111,9 +118,6 @@ class Misread:
         setting = self._setting(inquiry.setting, value).with_revision(revised)
         case = setting.case(*inquiry.band)
         return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))
-
-    def refitted(self, inquiry: Inquiry) -> Inquiry | None:
-        return self.revised(inquiry, 0) if self.what != "limit" else None
 
     def _joint_fit(self, inquiry: Inquiry, current: Explanation, value: float) -> LinearFit:
         """Of a step of the value, last, together with all other parameters."""
@@ -191,7 +195,7 @@ def without(inquiry: Inquiry, revised: Revised) -> Inquiry:
         setting = inquiry.origin
     else:
         joint = inquiry.case.joints.index(revised.place)
-        readings[joint] = inquiry.origin.readings[joint]
+        readings[joint] = replace(inquiry.origin.readings[joint], late=readings[joint].late)
     others = tuple(r for r in inquiry.setting.revised if r is not revised)
     setting = replace(setting, readings=tuple(readings), revised=others)
     case = setting.case(*inquiry.band)

@@ -77,6 +77,10 @@ class Setting:
         readings[i] = replace(readings[i], motion=motion)
         return replace(self, readings=tuple(readings))
 
+    def earlier(self, delay: float) -> Setting:
+        """With all efforts taken ``delay`` (s) earlier than they were."""
+        return replace(self, readings=tuple(replace(r, late=r.late + delay) for r in self.readings))
+
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""
         bench = self.whole.bench

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import BadRecording, Problem
-from symdyn.numeric.explanation import LEVEL, Case, Explanation
+from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.free_form import FreeForm, fitted_of
 from symdyn.numeric.inquiry import Inquiry
@@ -23,6 +23,8 @@ HALF = 0.5  # if it tells more than all effects together
 SOME = 0.1  # worth naming
 STEPS = 0.5  # samples: smaller skews are those of any sampled system
 CERTAIN = 4.0  # standard errors
+ROUNDS = 10  # of Gauss-Newton
+NEAR = 1e-2  # standard errors: a step that small has settled
 
 CHANNEL_SKEW, RECORDING = "channel_skew", "recording"  # of a finding: effect and place
 
@@ -58,11 +60,11 @@ def effort_skew(case: Case, of: Explanation) -> Skew:
     return Skew(delay, float(found.standard_error[0]), share, after, encompassing(before, after)[1])
 
 
-def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) -> Skew | None:
-    """The skew that would tell part of what is left, if any.
+def check_skew(first: Case, given: Explanation, final: Explanation) -> None:
+    """Raise BadRecording (SD529) where what was found is a skew in disguise.
 
-    Raises BadRecording (SD529) where one number, the skew, tells half of the residual of the model as
-    given, and more than all findings together: what was found is the skew in disguise.
+    That is where one number, the skew, tells half of the residual of the model as given, and more than all findings
+    together.
     """
     skew = effort_skew(first, given)
     if certain(first, skew) and skew.share > HALF:
@@ -71,18 +73,43 @@ def check_skew(first: Case, given: Explanation, case: Case, final: Explanation) 
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
             hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
             raise BadRecording(Problem("SD529", message, hint=hint))
-    return skew_left(case, final)
 
 
-def with_skew(inquiry: Inquiry, skew: Skew | None) -> Inquiry:
-    """With a finding where efforts that are late tell half of what is left beside the physics that was found."""
-    if skew is None or skew.share < HALF:
+def aligned(inquiry: Inquiry) -> Inquiry:
+    """With the efforts put right by the skew that suits them best, and everything found fitted beside it."""
+    for _ in range(ROUNDS):
+        skew = effort_skew(inquiry.case, inquiry.current)
+        if abs(skew.delay) <= NEAR * skew.se:
+            break
+        inquiry = _earlier(inquiry, skew.delay)
+    return inquiry
+
+
+def with_skew(inquiry: Inquiry, before: Inquiry) -> Inquiry:
+    """With a finding for the skew put right since ``before``; or without either, if later findings made it needless."""
+    delay = inquiry.setting.readings[0].late
+    if not delay:
         return inquiry
-    before = inquiry.case.errors(inquiry.current).heldout
-    after = before * float(np.sqrt(max(1.0 - skew.share, 0.0)))
-    told = {"delay": Estimate(skew.delay, skew.se, "s")}
-    found = Finding(CHANNEL_SKEW, "skew of the efforts' channels", RECORDING, told, before, after, skew.p_value, ())
-    return replace(inquiry, findings=(*inquiry.findings, found))
+    skew = effort_skew(inquiry.case, inquiry.current)
+    if not certain(inquiry.case, replace(skew, delay=delay)):
+        return _earlier(inquiry, -delay).settled()
+    was, now = (i.case.errors(i.current).heldout for i in (before, inquiry))
+    told, p_value = {"delay": Estimate(delay, skew.se, "s")}, heldout_gain(before.current, inquiry.current)[1]
+    found = Finding(CHANNEL_SKEW, "skew of the efforts' channels", RECORDING, told, was, now, p_value, ())
+    aligned_by = f"{replace(skew, delay=delay).text}: their clock was put right by that, and all else fitted beside it"
+    return replace(inquiry, findings=(*inquiry.findings, found)).noting(aligned_by)
+
+
+def _earlier(inquiry: Inquiry, delay: float) -> Inquiry:
+    setting = inquiry.setting.earlier(delay)
+    case = setting.case(*inquiry.band)
+    return replace(inquiry, setting=setting, case=case, current=case.explain(inquiry.current.found, inquiry.current))
+
+
+def tells_half(case: Case, of: Explanation) -> bool:
+    """Of what an explanation leaves: the clocks are a finding then."""
+    left = skew_left(case, of)
+    return left is not None and left.share > HALF
 
 
 def tells_nearly_all(case: Case, skew: Skew) -> bool:

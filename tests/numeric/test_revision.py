@@ -211,8 +211,11 @@ def test_efforts_that_are_late_are_named_beside_gravity() -> None:
     assert delay.value == pytest.approx(0.016, abs=max(4.0 * delay.se, 2e-4))
 
 
-def swung(seed: int, limit: float) -> Recording:
-    """A pendulum under a controller whose drive gives no more than a limit; what it asked for is recorded."""
+def swung(seed: int, limit: float, dry: float = 0.0) -> Recording:
+    """A pendulum under a controller whose drive gives no more than a limit; what it asked for is recorded.
+
+    ``dry`` is the level of its Coulomb friction.
+    """
     rng = np.random.default_rng(seed)
     step, substeps = 1 / 500.0, 4
     weight, phase = rng.uniform(0.4, 1.0, 5), rng.uniform(0, 2 * np.pi, 5)
@@ -226,6 +229,7 @@ def swung(seed: int, limit: float) -> Recording:
         for _ in range(substeps):
             given = min(max(asked, -limit), limit)
             h = step / substeps
+            given -= dry * math.tanh(v / 0.01)
             a = (given - VISCOUS * v - MASS * GRAVITY * ARM * math.cos(q)) / TURNING
             v_half = v + 0.5 * h * a
             q += h * v_half
@@ -243,6 +247,15 @@ def test_a_drive_that_gives_less_than_asked_is_named() -> None:
     found = diagnose(pendulum(), swung(1, limit), swung(2, limit))
     assert [f.effect for f in found.findings] == ["effort_saturation"]
     assert found.findings[0].parameters["limit"].value == pytest.approx(limit, rel=0.02)
+
+
+def test_a_limit_is_fitted_again_beside_the_friction_that_is_found_after_it() -> None:
+    found = diagnose(pendulum(), swung(1, 6.0, 0.8), swung(2, 6.0, 0.8))
+    assert [f.effect for f in found.findings] == ["effort_saturation", "coulomb_friction"]
+    for finding, name, true in zip(found.findings, ("limit", "level"), (6.0, 0.8), strict=True):
+        told = finding.parameters[name]
+        assert told.se is not None
+        assert abs(told.value - true) < 4.0 * told.se < 0.02 * true
 
 
 def test_readings_are_taken_back_and_those_of_the_model_are_known() -> None:
