@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.kalman import run
 from symdyn.numeric.filtering.signals import Signals
 
@@ -207,7 +208,8 @@ def _between(y: Array, parts: int) -> Array:
 def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
     """(n,) state before the first sample and its covariance (n, n): what is measured, else rest with room around it.
 
-    The parts of one drive move together, geared, but for a twist.
+    The parts of one drive move together, geared, but for a twist. A speed that only a position tells begins as it does:
+    linearised at rest, dry friction would hold what moves, and the filter would believe it.
     """
     n, coordinates = len(kernel.states), len(kernel.coordinates)
     x, cov = np.zeros(n), np.zeros((n, n))
@@ -223,8 +225,12 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
             travel[together] = np.maximum(travel[together], abs(float(np.ptp(values)) / turns[index]))
         elif 2 * coordinates <= index < n:
             other = max(other, float(np.ptp(values)))
-    travel = np.where(travel > 0.0, travel, speed * len(signals.y) * float(np.nanmedian(signals.steps)))
     measured = {int(i) for i in signals.index}
+    for c, index in enumerate(signals.index):
+        if index < coordinates and coordinates + index not in measured:
+            x[coordinates + index] = _first_speed(signals, signals.y[:, c])
+            measured.add(coordinates + int(index))
+    travel = np.where(travel > 0.0, travel, speed * len(signals.y) * float(np.nanmedian(signals.steps)))
     for first, size, apart in ((0, 1e-2 * travel, 1e-4 * travel), (coordinates, speed, 1e-2 * speed)):
         for i in range(coordinates):
             same = np.flatnonzero(joints == joints[i])
@@ -238,6 +244,17 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
     for i in range(2 * coordinates, n):
         cov[i, i] = {"1": 1.0, "rad": bent, "m": bent}.get(kernel.state_units[i], other) ** 2
     return x, cov
+
+
+def _first_speed(signals: Signals, position: Array) -> float:
+    """By a parabola through the positions (N,) of the first moment; 0 where they begin with a gap."""
+    parted = np.flatnonzero(np.isnan(signals.steps[:-1]))
+    last = int(parted[0]) if len(parted) else len(position) - 1
+    span = min(last, max(2, int(BASELINE / float(np.nanmedian(signals.steps)))))
+    if span < 2:
+        return 0.0
+    here = slice(0, span + 1)
+    return float(np.polynomial.polynomial.polyfit(signals.time[here] - signals.time[0], position[here], 2)[1])
 
 
 @njit(cache=True)

@@ -16,7 +16,7 @@ from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Model
 from symdyn.numeric.filtering.when import when
-from symdyn.numeric.filtering.windows import overall, sizes
+from symdyn.numeric.filtering.windows import SHARE, beyond, noise_alone, overall
 from symdyn.numeric.findings import (
     Diagnosis,
     Errors,
@@ -35,7 +35,6 @@ from symdyn.spec.records import JOINT_END, Robot
 Array = NDArray[np.float64]
 
 TOLD = 0.9  # of the prior's width: what a recording narrows less it does not tell
-SHARE = 0.1  # of what is left that must be structure for it to be worth a word
 
 
 def conclude(
@@ -72,7 +71,7 @@ def conclude(
         training=names[0],
         heldout=names[1],
         traces=_traces(model, given, final),
-        located=_located(as_given, given, places) if _beyond(before, floor) > SHARE else (),
+        located=_located(as_given, given, places) if beyond(before.heldout, floor.errors.heldout) > SHARE else (),
         noise_floor=floor,
         judged="motion of the channels in free runs",
     )
@@ -121,8 +120,7 @@ def estimate(model: Model, of: MLFit, name: str) -> Estimate:
 
 def noise_floor(model: Model, of: MLFit) -> NoiseFloor:
     """What the sensors' noise alone would leave of the free-run error."""
-    noise = np.sqrt(of.bench.noise.r)
-    training, heldout = noise / sizes(model.training), noise / sizes(model.heldout)
+    training, heldout = (noise_alone(signals, of.bench.noise.r) for signals in (model.training, model.heldout))
     channels = zip(model.training.names, training, heldout, strict=True)
     per_channel: Mapping[str, Errors] = {name: Errors(float(a), float(b)) for name, a, b in channels}
     return NoiseFloor(Errors(overall(training), overall(heldout)), per_channel)
@@ -130,23 +128,18 @@ def noise_floor(model: Model, of: MLFit) -> NoiseFloor:
 
 def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloor) -> Remaining:
     """Whether an unknown force would still explain something, and how much of the held-out error is beyond noise."""
-    beyond = _beyond(after, floor)
+    unlike_noise = beyond(after.heldout, floor.errors.heldout)
     noise = final.fit.bench.noise
     if len(noise.power) == noise.inputs:
         return Remaining(after.heldout, False, 0.0, None, 1.0)
-    rounds = ITERATIONS if beyond > SHARE else ROUNDS  # the verdict does not hang on it
+    rounds = ITERATIONS if unlike_noise > SHARE else ROUNDS  # the verdict does not hang on it
     quiet = final.fit.bench.with_noise(noise.quiet)
     none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds)
     gain = none.loss - final.fit.loss
-    structured = bool(gain > WORTH and beyond > SHARE)
+    structured = bool(gain > WORTH and unlike_noise > SHARE)
     return Remaining(
-        after.heldout, structured, beyond if structured else 0.0, None, float(np.exp(-max(float(gain), 0.0)))
+        after.heldout, structured, unlike_noise if structured else 0.0, None, float(np.exp(-max(float(gain), 0.0)))
     )
-
-
-def _beyond(errors: Errors, floor: NoiseFloor) -> float:
-    """Part of the power of the held-out free-run error that the sensors' noise does not account for."""
-    return max(0.0, 1.0 - (floor.errors.heldout / max(errors.heldout, 1e-300)) ** 2)
 
 
 def _located(model: Model, given: Explanation, places: Sequence[Place]) -> tuple[Located, ...]:

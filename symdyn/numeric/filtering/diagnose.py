@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from symdyn.numeric.filtering.afresh import afresh, relieved
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.explain import (
     Explanation,
     both,
     earns,
     explained,
-    relieved,
     sampled,
     step,
     without_effect,
@@ -48,6 +48,9 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
         remembering = lasting(model, current)
         best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
         pair = both(model, current, tried, progress) if best is None else None
+        if best is None and pair is None:
+            best, more = afresh(model, current, alarms, progress)
+            tried = (*tried, *more)
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
         change = restructured(model, current, so_far, remembering, recordings, progress)
         if change is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,12 @@ from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.beliefs import Beliefs
+from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
 from symdyn.numeric.filtering.late import absorbing, late, put_back
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
-from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
+from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
@@ -89,18 +90,10 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     p = current.fit.p.copy()
     for schema in candidate.shapes if shape is not None else ():
         p[bench.index[candidate.parameter(schema)]] = shape
-    where = [bench.index[candidate.parameter(schema)] for schema in candidate.linear]
-
-    def begun(p: Array) -> Array:
-        """With the part of what is expected that is likeliest."""
-        trials = [p.copy() for _ in PARTS]
-        for part, trial in zip(PARTS, trials, strict=True):
-            trial[where] += part * (start - p[where])
-        losses = [bench.filtered(trial).loss for trial in trials]
-        return trials[int(np.argmin(losses))] if np.isfinite(min(losses)) else p
-
     suspects = absorbing(current)
-    starts = [begun(p), *([begun(put_back(current, p))] if suspects else [])]
+    starts = [begun(bench, p, candidate, start)]
+    if suspects:
+        starts.append(begun(bench, put_back(current, p), candidate, start))
     if candidate.effect == DELAY and set(suspects) & model.electrical:
         starts[1:] = [late(current, starts[0], candidate.parameter(candidate.linear[0]))]
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
@@ -109,6 +102,16 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
         return fit(bench, p, beliefs, settled=ROUGH, most=ROUNDS)
 
     return min(side_by_side(roughly, starts), key=lambda fitted: fitted.loss)
+
+
+def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array) -> Array:
+    """The parameters with the part of what is expected of a hypothesis that is likeliest."""
+    where = [bench.index[candidate.parameter(schema)] for schema in candidate.linear]
+    trials = [p.copy() for _ in PARTS]
+    for part, trial in zip(PARTS, trials, strict=True):
+        trial[where] += part * (expected - p[where])
+    losses = [bench.filtered(trial).loss for trial in trials]
+    return trials[int(np.argmin(losses))] if np.isfinite(min(losses)) else p
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -134,8 +137,8 @@ def step(
 
     ``rival``: nats that something else is expected to gain; what promises far less is not fitted.
     """
-    ready = _ready(model, current)
-    ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), ready, progress)
+    open_to_all = ready(model, current)
+    ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), open_to_all, progress)
     significant = [s for s in ranked if s.gain > WORTH and s.p_value * len(ranked) < LEVEL]
     tried: tuple[Step, ...] = ()
     asked: list[Candidate] = []
@@ -149,18 +152,18 @@ def step(
         if not promising:
             break
         asked += [s.candidate for s in promising]
-        tried = (*tried, *_fitted(model, current, promising, progress))
-        best = _that_earns(model, current, tried, alarms)
+        tried = (*tried, *fitted(model, current, promising, progress))
+        best = that_earns(model, current, tried, alarms)
         if best is not None:
             return best, tried
     if not _covers(current):
         return None, tried
-    uncovered = _uncovered(current, [c for c in ready if c not in asked], progress)
-    tried = (*tried, *_fitted(model, current, uncovered, progress))
-    return _that_earns(model, current, tried, alarms, covered=True), tried
+    uncovered = _uncovered(current, [c for c in open_to_all if c not in asked], progress)
+    tried = (*tried, *fitted(model, current, uncovered, progress))
+    return that_earns(model, current, tried, alarms, covered=True), tried
 
 
-def _ready(model: Model, current: Explanation) -> list[Candidate]:
+def ready(model: Model, current: Explanation) -> list[Candidate]:
     """Hypotheses that are neither found nor part of the model, and whose base is there."""
     present = {(c.effect, c.place.address) for c, _ in current.found}
     here = present | {(e.type, at) for e in model.robot.effects for at in same_place(model.robot, e.at)}
@@ -177,46 +180,59 @@ def _covers(current: Explanation) -> bool:
     return bench.with_noise(bench.noise.quiet).filtered(p).loss - bench.filtered(p).loss >= WORTH
 
 
-def _uncovered(current: Explanation, ready: Sequence[Candidate], progress: Progress) -> list[Score]:
+def _uncovered(current: Explanation, hypotheses: Sequence[Candidate], progress: Progress) -> list[Score]:
     """What the unknown force does the work of: once it is fitted, a constant beside it gains next to nothing.
 
     So the hypotheses are asked without it. How much they tell then is their order, and no measure of certainty.
     """
     bench = current.fit.bench
     quiet = bench.with_noise(bench.noise.quiet)
-    ranked = scores(quiet, current.fit.p, tuple(current.beliefs), ready, progress)
+    ranked = scores(quiet, current.fit.p, tuple(current.beliefs), hypotheses, progress)
     return [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
 
 
-def _fitted(model: Model, current: Explanation, promising: Sequence[Score], progress: Progress) -> tuple[Step, ...]:
-    """Each of them on top of an explanation; those that came near the likeliest are fitted to the end and judged."""
+def fitted(
+    model: Model,
+    current: Explanation,
+    promising: Sequence[Score],
+    progress: Progress,
+    begin: Callable[[Score], MLFit] | None = None,
+    end: Callable[[MLFit, Beliefs], MLFit] | None = None,
+) -> tuple[Step, ...]:
+    """Each of them on top of an explanation; those that came near the likeliest are fitted to the end and judged.
+
+    ``begin`` fits one roughly, by default from where the explanation stands; ``end`` to the end.
+    """
     if not promising:
         return ()
 
     def roughly(score: Score) -> MLFit:
         progress(f"fitting {score.candidate.label}")
+        if begin is not None:
+            return begin(score)
         return with_effect(model, current, score.candidate, score.shape, score.estimate)
 
     def closely(item: tuple[Score, MLFit]) -> Step:
-        score, fitted = item
+        score, rough = item
         progress(f"fitting {score.candidate.label}, closer")
         beliefs = dict(current.beliefs) | candidate_beliefs(score.candidate, score.shape)
         found = (*current.found, (score.candidate, score.shape))
-        after = explained(model, found, beliefs, fit(fitted.bench, fitted.p, beliefs))
+        done = end(rough, beliefs) if end is not None else fit(rough.bench, rough.p, beliefs)
+        after = explained(model, found, beliefs, done)
         return Step(score, after, current.fit.loss - after.fit.loss, heldout_p_value(current, after))
 
     rough = list(zip(promising, side_by_side(roughly, promising), strict=True))
-    worth = [current.fit.loss - fitted.loss - price(model, score.candidate) for score, fitted in rough]
+    worth = [current.fit.loss - found.loss - price(model, score.candidate) for score, found in rough]
     best, most = rough[int(np.argmax(worth))][0], max(worth)
     near = [
-        (score, fitted)
-        for (score, fitted), gained in zip(rough, worth, strict=True)
+        (score, found)
+        for (score, found), gained in zip(rough, worth, strict=True)
         if gained >= most - (1.0 - LIKELY) * abs(most) or _contains(best, score)
     ]
     return tuple(side_by_side(closely, near))
 
 
-def _that_earns(
+def that_earns(
     model: Model, current: Explanation, tried: Sequence[Step], alarms: list[str], covered: bool = False
 ) -> Step | None:
     """The likeliest of them that earns its place: by likelihood, by certainty of its size, and on held-out data.
@@ -271,27 +287,6 @@ def sampled(model: Model, current: Explanation) -> Explanation:
     if other.loss > current.fit.loss:
         return current
     return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))
-
-
-def relieved(model: Model, current: Explanation, progress: Progress) -> Explanation | None:
-    """A likelier fit with the same effects, begun once more from the model as given; None where there is none.
-
-    A fit without what is missing may carry parameters where none leads back from (a motor's inertia to next to
-    nothing). Asked for only where some went far.
-    """
-    if not absorbing(current):
-        return None
-    progress("once more from the model as given")
-    p, bench = current.fit.p.copy(), current.fit.bench
-    for name in model.beliefs:
-        p[bench.index[name]] = model.values[bench.index[name]]
-    first, now = without_latent(model, model.training), bench.noise
-    decay, power = now.decay.copy(), now.power.copy()
-    decay[: now.inputs], power[: now.inputs] = first.decay[: now.inputs], first.power[: now.inputs]
-    again = fit(bench.with_noise(replace(now, r=first.r, decay=decay, power=power)), p, current.beliefs)
-    if again.loss > current.fit.loss - WORTH:
-        return None
-    return explained(model, current.found, current.beliefs, again)
 
 
 def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Progress) -> tuple[Step, Step] | None:

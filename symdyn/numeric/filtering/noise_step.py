@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
 LONGEST = 2.0  # step of such a logarithm
+NOTHING, BACK = 1e-2, 0.1  # of an innovation's variance: a sensor's that has no slope any more, and what it gets back
 FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
 
 
@@ -22,6 +23,7 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
 
     Scoring is in logarithms of variances and decays, its slopes difference quotients.
     """
+    bench, loss = _brought_back(bench, p, loss)
     noise = bench.noise
     values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
     step = float(np.nanmedian(bench.signals.steps))
@@ -57,6 +59,22 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
         if found < loss:
             return _farther(trial, p, change, lower, found)
         factor /= 3.0
+    return bench, loss
+
+
+def _brought_back(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, float]:
+    """Sensors whose noise an input took over, as long as something was missing, may want some of it back.
+
+    In logarithms a variance of next to nothing has no slope: no later step would find that out.
+    """
+    shown = np.nanmean(bench.filtered(p).innovations ** 2, axis=0)
+    for i in np.flatnonzero(bench.noise.r < NOTHING * shown):
+        r = bench.noise.r.copy()
+        r[i] = BACK * shown[i]
+        trial = bench.with_noise(replace(bench.noise, r=r))
+        found = trial.filtered(p).loss
+        if found < loss:
+            bench, loss = trial, found
     return bench, loss
 
 

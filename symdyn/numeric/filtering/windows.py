@@ -8,27 +8,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
 
 WINDOW = 0.25  # s
 FEWEST = 8  # samples of a window
+SHARE = 0.1  # of an error's power: what is beyond noise by less is not worth a word
 
 
 def free_runs(bench: FilterBench, p: Array) -> Array:
     """(N, m) prediction of every channel, started anew from the filter's state every ``WINDOW`` seconds.
 
-    Latent forces are left out: this is the model alone. Where a gap cuts a window it ends.
+    Latent forces are left out: this is the model alone. Where a gap cuts a window it ends. The first one begins a
+    moment late: until then a speed that nobody measures is a guess.
     """
     s = bench.signals
     n = len(bench.kernel.states)
     states = bench.filtered(p).states[:, :n]
-    length = _length(s)
+    length, moment = _length(s), max(1, round(BASELINE / float(np.nanmedian(s.steps))))
     predicted = np.full_like(s.y, np.nan)
     ends = [0, *(int(i) + 1 for i in np.flatnonzero(np.isnan(s.steps)))]
     for first, last in pairwise(ends):
-        for start in range(first, last, length):
+        for start in range(first + moment, last, length):
             stop = min(start + length, last)
             if stop - start >= FEWEST:
                 predicted[start:stop] = bench.simulated(p, states[start], start, stop)
@@ -47,6 +50,16 @@ def sizes(signals: Signals) -> Array:
     moved = signals.y[length:] - signals.y[:-length]
     size = np.sqrt(np.nanmean(moved**2, axis=0) / 2.0)
     return np.where(size > 0, size, 1.0)
+
+
+def noise_alone(signals: Signals, noise: Array) -> Array:
+    """(m,) errors that sensors' noise of variances ``noise`` (m,) alone would leave."""
+    return np.asarray(np.sqrt(noise) / sizes(signals))
+
+
+def beyond(error: float, noise: float) -> float:
+    """Part of an error's power that the noise does not account for."""
+    return max(0.0, 1.0 - (noise / max(error, 1e-300)) ** 2)
 
 
 def _length(signals: Signals) -> int:

@@ -1,0 +1,111 @@
+"""Fits that begin once more with the model as given: parameters and noise may have gone where none leads back from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.beliefs import Beliefs
+from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.explain import (
+    PROMISING,
+    ROUGH,
+    ROUNDS,
+    TRIED,
+    WORTH,
+    Explanation,
+    Progress,
+    Step,
+    begun,
+    explained,
+    fitted,
+    ready,
+    that_earns,
+)
+from symdyn.numeric.filtering.late import absorbing
+from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
+from symdyn.numeric.filtering.score import Score, scores
+from symdyn.numeric.filtering.windows import SHARE, beyond, noise_alone, overall
+
+Array = NDArray[np.float64]
+
+LITTLE = (1e-2, 1e-9)  # of the power of an unknown force: how it may be let in again
+
+
+def relieved(model: Model, current: Explanation, progress: Progress) -> Explanation | None:
+    """A likelier fit with the same effects, begun once more from the model as given; None where there is none.
+
+    A fit without what is missing may carry parameters where none leads back from (a motor's inertia to next to
+    nothing). Asked for only where some went far.
+    """
+    if not absorbing(current):
+        return None
+    progress("once more from the model as given")
+    bench, p = _as_given(model, current)
+    again = fit(bench, p, current.beliefs)
+    if again.loss > current.fit.loss - WORTH:
+        return None
+    return explained(model, current.found, current.beliefs, again)
+
+
+def afresh(
+    model: Model, current: Explanation, alarms: list[str], progress: Progress
+) -> tuple[Step | None, tuple[Step, ...]]:
+    """The hypothesis that explains most on top of the model as given, and all that were fitted.
+
+    What a machine lacks may be made up for so well, by inertias and by unknown forces, that no hypothesis gains
+    anything any more. So they are asked where nothing has been made up yet: the given parameters, those of the effects
+    found, and no unknown force. Only where free runs are off by more than the sensors' noise.
+    """
+    heldout = model.heldout
+    if beyond(current.heldout, overall(noise_alone(heldout, current.fit.bench.noise.r))) <= SHARE:
+        return None, ()
+    bench, p = _as_given(model, current)
+    bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
+    ranked = scores(bench, p, tuple(beliefs), ready(model, current), progress)
+    promising = [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
+
+    def begin(score: Score) -> MLFit:
+        start = p.copy()
+        for schema in score.candidate.shapes if score.shape is not None else ():
+            start[bench.index[score.candidate.parameter(schema)]] = score.shape
+        names = dict(beliefs) | candidate_beliefs(score.candidate, score.shape)
+        return fit(bench, begun(bench, start, score.candidate, score.estimate), names, settled=ROUGH, most=ROUNDS)
+
+    def end(rough: MLFit, names: Beliefs) -> MLFit:
+        return _let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
+
+    tried = fitted(model, current, promising, progress, begin, end)
+    return that_earns(model, current, tried, alarms), tried
+
+
+def _as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
+    """Filter and parameters of the model as given, with what was found."""
+    p, bench = current.fit.p.copy(), current.fit.bench
+    for name in model.beliefs:
+        p[bench.index[name]] = model.values[bench.index[name]]
+    first, now = without_latent(model, model.training), bench.noise
+    inputs = [*first.power[: now.inputs]], [*first.decay[: now.inputs]]
+    return bench.with_noise(_joined(first.r, now, *inputs)), p
+
+
+def _let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
+    """The fit with those unknown forces again, which shall tell whether something is left."""
+    quiet, k = of.bench.noise, unknown.inputs
+    fits = []
+    for part in LITTLE:
+        little = replace(unknown, power=np.concatenate([unknown.power[:k], part * unknown.power[k:]]))
+        noise = _joined(quiet.r, little, quiet.power, quiet.decay)
+        fits.append(fit(of.bench.with_noise(noise), of.p, beliefs))
+    return min(fits, key=lambda each: each.loss)
+
+
+def _joined(r: Array, unknown: Noise, power: Sequence[float] | Array, decay: Sequence[float] | Array) -> Noise:
+    """Noise of sensors and inputs beside unknown forces."""
+    k = unknown.inputs
+    powers, decays = (np.concatenate([x[:k], y[k:]]) for x, y in ((power, unknown.power), (decay, unknown.decay)))
+    return replace(unknown, r=r, power=powers, decay=decays)
