@@ -156,7 +156,7 @@ def test_the_size_of_all_forces_is_that_believed_and_moves_nothing(kernel: Kerne
     heavy[where] *= 2.0
     larger = bench.with_noise(replace(noisy, power=4.0 * noisy.power))
     loss = larger.filtered(heavy).loss
-    # the start, known a million times worse than the sensors see, rounds; any force not scaled along moves it by 0.008 or more
+    # the start, known a million times worse than the sensors see, rounds; a force not scaled along moves it by 0.008
     assert loss == pytest.approx(bench.filtered(p).loss, rel=1e-7)
     scaled, found, lower = as_believed(larger, heavy, loss + penalty(heavy, bench.index, beliefs), beliefs)
     np.testing.assert_allclose(found, p, rtol=1e-12)
