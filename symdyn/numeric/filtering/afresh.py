@@ -40,13 +40,15 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     """A likelier fit with the same effects, begun once more from the model as given; None where there is none.
 
     A fit without what is missing may carry parameters where none leads back from (a motor's inertia to next to
-    nothing). Asked for only where some went far.
+    nothing). Asked for only where some went far, or free runs are off by more than the sensors' noise.
     """
-    if not absorbing(current):
+    if not absorbing(current) and not _off(model, current):
         return None
     progress("once more from the model as given")
     bench, p = _as_given(model, current)
-    again = fit(bench, p, current.beliefs)
+    quiet = fit(bench.with_noise(bench.noise.quiet), p, current.beliefs)
+    ways = fit(bench, p, current.beliefs), _let_in(current.fit.bench.noise, quiet, current.beliefs)
+    again = min(ways, key=lambda each: each.loss)
     if again.loss > current.fit.loss - WORTH:
         return None
     return explained(model, current.found, current.beliefs, again)
@@ -61,9 +63,9 @@ def afresh(
     anything any more. So they are asked where nothing has been made up yet: the given parameters, those of the effects
     found, and no unknown force. Only where free runs are off by more than the sensors' noise.
     """
-    heldout = model.heldout
-    if beyond(current.heldout, overall(noise_alone(heldout, current.fit.bench.noise.r))) <= SHARE:
+    if not _off(model, current):
         return None, ()
+    progress("every hypothesis on the model as given")
     bench, p = _as_given(model, current)
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     ranked = scores(bench, p, tuple(beliefs), ready(model, current), progress)
@@ -81,6 +83,11 @@ def afresh(
 
     tried = fitted(model, current, promising, progress, begin, end)
     return that_earns(model, current, tried, alarms), tried
+
+
+def _off(model: Model, current: Explanation) -> bool:
+    """Whether free runs, held out, are off by more than the noise of the sensors."""
+    return beyond(current.heldout, overall(noise_alone(model.heldout, current.fit.bench.noise.r))) > SHARE
 
 
 def _as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:

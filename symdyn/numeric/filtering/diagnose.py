@@ -49,6 +49,10 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
         best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
         pair = both(model, current, tried, progress) if best is None else None
         if best is None and pair is None:
+            again = relieved(model, current, progress)
+            if again is not None:
+                current = again
+                continue
             best, more = afresh(model, current, alarms, progress)
             tried = (*tried, *more)
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
@@ -64,11 +68,7 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
             findings.append(finding(model, current, best, tried))
             current = best.after
         else:
-            again = relieved(model, current, progress)
-            if again is None:
-                break
-            current = again
-            continue
+            break
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
     told = {c.label for c, _ in current.found}
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]

@@ -15,6 +15,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.beliefs import Belief, penalty
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
 from symdyn.numeric.filtering.kalman import SURPRISE
+from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.scale import as_believed, of_force
 from symdyn.numeric.filtering.signals import Signals
 
@@ -238,3 +239,30 @@ def test_filters_side_by_side_are_those_that_run_alone(kernel: Kernel, forces: i
         assert np.linalg.norm(beside.variances - alone.variances) < near * np.linalg.norm(alone.variances)
     for other in found[1 : 2 + forces]:
         assert np.max(np.abs(other.variances / found[0].variances - 1.0)) > 0.1
+
+
+def test_a_machine_that_starts_in_motion_is_not_held_by_its_friction(kernel: Kernel) -> None:
+    """Positions alone tell how fast; at rest dry friction has a slope that leaves no doubt of the speed."""
+    s, p = made(kernel), kernel.values
+    p[kernel.parameters.index("T_f")] = 0.05
+    motor = list(kernel.states).index("axis1.motor.q")
+    start = np.zeros(len(kernel.states))
+    start[len(kernel.coordinates) : 2 * len(kernel.coordinates)] = 30.0
+    shown = FilterBench(kernel, s, noise(kernel, 0)).simulated(p, start, 0, COUNT)
+    alone = replace(s, y=shown[:, 1:2].copy(), index=np.array([motor]), names=s.names[1:2], floor=np.zeros(1))
+    quiet = noise(kernel, 0)
+    white = FilterBench(kernel, alone, replace(quiet, r=np.array([1e-8]))).filtered(p).white
+    assert np.abs(white[:50]).max() < 3.0
+
+
+def test_a_sensor_gets_back_the_noise_that_an_input_took_over(kernel: Kernel) -> None:
+    p, rng = linear(kernel), np.random.default_rng(1)
+    s, k = made(kernel), COUNT
+    shown = FilterBench(kernel, s, noise(kernel, 0)).simulated(p, np.zeros(len(kernel.states)), 0, k)
+    s = replace(s, y=shown + rng.normal(0.0, [1e-2, 1e-3, 1e-2], (k, 3)))
+    start = replace(noise(kernel, 0), r=np.array([1e-14, 1e-6, 1e-4]))
+    bench = FilterBench(kernel, s, start)
+    loss = bench.filtered(p).loss
+    for _ in range(8):
+        bench, loss = noise_step(bench, p, loss)
+    assert bench.noise.r[0] == pytest.approx(1e-4, rel=0.3)
