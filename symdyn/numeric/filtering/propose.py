@@ -19,6 +19,7 @@ from symdyn.numeric.filtering.explain import (
     certain,
     heldout_p_value,
     price,
+    step,
 )
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
 from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis, with_memory
@@ -151,6 +152,8 @@ def _freed(
             continue
         if resonance(flexible, after.fit) * float(np.nanmedian(model.training.steps)) > NYQUIST:
             continue  # as good as rigid at this sampling rate: it fits something else
+        if _two_tell_more(model, best, after, progress):
+            return None
         new = flexible.freed[-1]
         values = {k: estimate(flexible, after.fit, getattr(new, k)) for k in ("stiffness", "damping")}
         p_value = heldout_p_value(current, after)
@@ -161,6 +164,14 @@ def _freed(
         if p_value < LEVEL:
             return Change(flexible, after, told)
     return None
+
+
+def _two_tell_more(model: Model, best: Step | None, flexible: Explanation, progress: Progress) -> bool:
+    """Whether the likeliest effect and another one beside it explain more than a shaft, which has two numbers, too."""
+    if best is None:
+        return False
+    second, _ = step(model, best.after, [], progress)
+    return second is not None and second.after.fit.loss < flexible.fit.loss
 
 
 def finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, ...]) -> Finding:
