@@ -77,14 +77,14 @@ def _diagnose(
         inquiry = simplified(_widened(inquiry, progress), progress)
     inquiry = _physical(_reexamined(inquiry))
     check_skew(inquiry.first, inquiry.given, inquiry.current)
-    late = inquiry
+    before = inquiry
     if tells_half(inquiry.case, inquiry.current):
         progress("the efforts are late: the search goes on with the clocks aligned")
         inquiry = aligned(_physical(_reexamined(_searched(aligned(inquiry), open_, progress))))
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
-    inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), late))
+    inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
     return conclude(inquiry, training.name, heldout.name)
 
 

@@ -82,7 +82,7 @@ def aligned(inquiry: Inquiry) -> Inquiry:
         if abs(skew.delay) <= NEAR * skew.se:
             break
         inquiry = _earlier(inquiry, skew.delay)
-    return inquiry
+    return inquiry.settled()
 
 
 def with_skew(inquiry: Inquiry, before: Inquiry) -> Inquiry:

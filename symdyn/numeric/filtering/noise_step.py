@@ -67,7 +67,8 @@ def _brought_back(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBenc
 
     In logarithms a variance of next to nothing has no slope: no later step would find that out.
     """
-    shown = np.nanmean(bench.filtered(p).innovations ** 2, axis=0)
+    with np.errstate(over="ignore"):  # of a filter that runs away
+        shown = np.nanmean(bench.filtered(p).innovations ** 2, axis=0)
     for i in np.flatnonzero(bench.noise.r < NOTHING * shown):
         r = bench.noise.r.copy()
         r[i] = BACK * shown[i]
