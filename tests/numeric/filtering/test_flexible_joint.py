@@ -15,6 +15,8 @@ from symdyn.numeric.findings import Diagnosis, Verdict
 from symdyn.numeric.recording import Recording, read_recording
 from symdyn.spec.records import Robot
 
+Array = NDArray[np.float64]
+
 RATE, SECONDS, PARTS = 1000.0, 8.0, 50
 MODEL = """[robot]
 name = "axis"
@@ -74,9 +76,7 @@ unit = "rad"
 
 
 @njit
-def simulated(  # type: ignore[no-untyped-def]
-    wanted, wanted_speed, clearance, dry
-) -> NDArray[np.float64]:
+def simulated(wanted: Array, wanted_speed: Array, clearance: float, dry: float) -> Array:
     """(N, 3) voltage, current and motor angle under a controller; the voltage is held over a sample.
 
     ``clearance``: half the play of the gear, rad at the motor; ``dry``: Coulomb friction at the arm, N m.
