@@ -13,6 +13,7 @@ from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.free_form import FreeForm, fitted_of
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.regression import encompassing, fit_linear
+from symdyn.numeric.revision import NEAR, ROUNDS
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -23,8 +24,6 @@ HALF = 0.5  # if it tells more than all effects together
 SOME = 0.1  # worth naming
 STEPS = 0.5  # samples: smaller skews are those of any sampled system
 CERTAIN = 4.0  # standard errors
-ROUNDS = 10  # of Gauss-Newton
-NEAR = 1e-2  # standard errors: a step that small has settled
 
 CHANNEL_SKEW, RECORDING = "channel_skew", "recording"  # of a finding: effect and place
 

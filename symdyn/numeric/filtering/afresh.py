@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -96,23 +95,18 @@ def _as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
     for name in model.beliefs:
         p[bench.index[name]] = model.values[bench.index[name]]
     first, now = without_latent(model, model.training), bench.noise
-    inputs = [*first.power[: now.inputs]], [*first.decay[: now.inputs]]
-    return bench.with_noise(_joined(first.r, now, *inputs)), p
+    return bench.with_noise(_joined(first, now)), p
 
 
 def _let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
     """The fit with those unknown forces again, which shall tell whether something is left."""
-    quiet, k = of.bench.noise, unknown.inputs
-    fits = []
-    for part in LITTLE:
-        little = replace(unknown, power=np.concatenate([unknown.power[:k], part * unknown.power[k:]]))
-        noise = _joined(quiet.r, little, quiet.power, quiet.decay)
-        fits.append(fit(of.bench.with_noise(noise), of.p, beliefs))
+    little = (replace(unknown, power=part * unknown.power) for part in LITTLE)
+    fits = [fit(of.bench.with_noise(_joined(of.bench.noise, each)), of.p, beliefs) for each in little]
     return min(fits, key=lambda each: each.loss)
 
 
-def _joined(r: Array, unknown: Noise, power: Sequence[float] | Array, decay: Sequence[float] | Array) -> Noise:
-    """Noise of sensors and inputs beside unknown forces."""
+def _joined(quiet: Noise, unknown: Noise) -> Noise:
+    """Noise of sensors and inputs, and beside it the unknown forces of another."""
     k = unknown.inputs
-    powers, decays = (np.concatenate([x[:k], y[k:]]) for x, y in ((power, unknown.power), (decay, unknown.decay)))
-    return replace(unknown, r=r, power=powers, decay=decays)
+    power, decay = (np.concatenate([getattr(quiet, x)[:k], getattr(unknown, x)[k:]]) for x in ("power", "decay"))
+    return replace(unknown, r=quiet.r, power=power, decay=decay)
