@@ -19,7 +19,7 @@ from symdyn.numeric.filtering.explain import (
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, prepare
-from symdyn.numeric.filtering.propose import finding, of_structure, restructured
+from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
@@ -70,6 +70,7 @@ def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progr
         else:
             break
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
+        model, current, findings = stiffened(model, current, findings, alarms, recordings, progress)
     told = {c.label for c, _ in current.found}
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _reexamined(model, current, findings, alarms)

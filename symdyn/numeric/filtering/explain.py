@@ -165,8 +165,8 @@ def step(
 
 def ready(model: Model, current: Explanation) -> list[Candidate]:
     """Hypotheses that are neither found nor part of the model, and whose base is there."""
-    present = {(c.effect, c.place.address) for c, _ in current.found}
-    here = present | {(e.type, at) for e in model.robot.effects for at in same_place(model.robot, e.at)}
+    there = [(c.effect, c.place.address) for c, _ in current.found] + [(e.type, e.at) for e in model.robot.effects]
+    here = {(effect, at) for effect, place in there for at in same_place(model.robot, place)}
     return [
         c
         for c in model.proposed
@@ -264,7 +264,7 @@ def _contains(wide: Score, less: Score) -> bool:
 
 def simplest(wide: Step, tried: Sequence[Step]) -> Step:
     """A law that this one contains, at the same place, unless what this one adds earns its place like any effect."""
-    less = [s for s in tried if _contains(wide.score, s.score) and not _improves(s.after, wide.after)]
+    less = [s for s in tried if _contains(wide.score, s.score) and not improves(s.after, wide.after)]
     return min(less, key=lambda s: s.score.candidate.size, default=wide)
 
 
@@ -316,12 +316,12 @@ def _shortfall(model: Model, before: Explanation, after: Explanation, candidate:
     """What an effect lacks that would earn it a line in the model; nothing, if it earns one."""
     if not certain(model, after, candidate):
         return "raises the likelihood, but its size cannot be told from zero"
-    if not _improves(before, after, p_value):
+    if not improves(before, after, p_value):
         return "fits the training data better, but not the held-out data"
     return ""
 
 
-def _improves(before: Explanation, after: Explanation, p_value: float | None = None) -> bool:
+def improves(before: Explanation, after: Explanation, p_value: float | None = None) -> bool:
     """Whether held-out data tell the two apart, and free runs are better by enough to matter."""
     told = heldout_p_value(before, after) if p_value is None else p_value
     return told < LEVEL and after.heldout <= (1.0 - EARNS) * before.heldout

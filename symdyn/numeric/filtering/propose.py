@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,13 +18,22 @@ from symdyn.numeric.filtering.explain import (
     alike,
     certain,
     heldout_p_value,
+    improves,
     price,
     step,
 )
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
 from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis, with_memory
-from symdyn.numeric.filtering.model import Model
-from symdyn.numeric.filtering.structure import EFFECT, TITLE, resonance, rigid_joints, with_shaft
+from symdyn.numeric.filtering.model import Freed, Model
+from symdyn.numeric.filtering.places import same_place
+from symdyn.numeric.filtering.structure import (
+    EFFECT,
+    TITLE,
+    resonance,
+    rigid_joints,
+    with_shaft,
+    without_shaft,
+)
 from symdyn.numeric.findings import Alternative, Finding, Rival
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.recording import Recording
@@ -150,8 +159,8 @@ def _freed(
         least = WORTH + float(np.log(len(model.training.y)))
         if gain < max(least, best.gain if best else 0.0) or after.heldout > (1.0 - EARNS) * current.heldout:
             continue
-        if resonance(flexible, after.fit) * float(np.nanmedian(model.training.steps)) > NYQUIST:
-            continue  # as good as rigid at this sampling rate: it fits something else
+        if _too_fast(flexible, flexible.freed[-1], after):
+            continue
         if _two_tell_more(model, best, after, progress):
             return None
         new = flexible.freed[-1]
@@ -164,6 +173,41 @@ def _freed(
         if p_value < LEVEL:
             return Change(flexible, after, told)
     return None
+
+
+def _too_fast(model: Model, new: Freed, of: Explanation) -> bool:
+    """Whether a shaft is as good as rigid at this sampling rate: it fits something else."""
+    return resonance(model, new, of.fit) * float(np.nanmedian(model.training.steps)) > NYQUIST
+
+
+def stiffened(
+    model: Model,
+    current: Explanation,
+    findings: Sequence[Finding],
+    alarms: list[str],
+    recordings: Recordings,
+    progress: Progress,
+) -> tuple[Model, Explanation, list[Finding]]:
+    """Shafts that what was found after them explains are taken out again."""
+    for new in model.freed:
+        told = next(f for f in findings if (f.effect, f.place) == (EFFECT, new.joint))
+        if told is findings[-1] or any(c.place.address == f"{new.joint}.{new.shaft}" for c, _ in current.found):
+            continue
+        rigid, without = without_shaft(model, new, current, recordings, progress)
+        least = WORTH + float(np.log(len(model.training.y)))
+        gain = without.fit.loss - current.fit.loss
+        if gain > least and improves(without, current) and not _too_fast(model, new, current):
+            continue
+        alarms.append(f"{TITLE} at {new.joint} was taken out again: later findings explain it better")
+        model, current = rigid, without
+        findings = [replace(f, group=_fixed(model, f)) for f in findings if f is not told]
+    return model, current, list(findings)
+
+
+def _fixed(model: Model, of: Finding) -> tuple[str, ...]:
+    """The places of a finding, where some have become one."""
+    joints = (at for place in of.group for at in same_place(model.robot, place))
+    return _with_fixed_rotors(model, tuple(dict.fromkeys((*of.group, *joints))), of.effect)
 
 
 def _two_tell_more(model: Model, best: Step | None, flexible: Explanation, progress: Progress) -> bool:

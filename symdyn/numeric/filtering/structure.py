@@ -11,9 +11,19 @@ import numpy as np
 
 from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
+from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
-from symdyn.numeric.filtering.model import Freed, Lagging, Model, natural_force, prepare, with_latent, without_latent
+from symdyn.numeric.filtering.model import (
+    Freed,
+    Lagging,
+    Model,
+    carried,
+    natural_force,
+    prepare,
+    with_latent,
+    without_latent,
+)
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Shaft
 
@@ -21,6 +31,7 @@ EFFECT, TITLE = "joint_compliance", "compliance of the transmission"
 SHAFT = "transmission"
 STARTS = 8  # resonances that are tried, evenly on a logarithmic scale
 FEW = 8  # rounds of a fit from each of them
+TWISTED = 1e-6  # rad between any two ends, or m
 LIGHT = 0.05  # damping ratio that a fit starts from
 
 
@@ -82,11 +93,33 @@ def with_shaft(
     return model, explained(model, found, beliefs, done)
 
 
-def resonance(model: Model, fitted: MLFit) -> float:
-    """Hz, undamped, of the rotor that was freed last against its joint."""
-    kernel, new = model.kernel, model.freed[-1]
+def without_shaft(
+    model: Model,
+    new: Freed,
+    current: Explanation,
+    recordings: tuple[Recording, Recording],
+    progress: Callable[[str], None],
+) -> tuple[Model, Explanation]:
+    """The machine with that rotor fixed to its joint again, fitted from where it stands; effects found are kept."""
+    progress(f"deriving and compiling {model.robot.name} without the shaft at {new.joint}")
+    robot = _rigid(model.robot, new)
+    proposed = {c.label for c in hypotheses(robot)}
+    rigid = prepare(robot, *recordings, [c for c, _ in current.found if c.label not in proposed])
+    freed = tuple(other for other in model.freed if other is not new)
+    rigid = replace(rigid, freed=freed, lagging=model.lagging)
+    p, bench = carried(rigid, current.fit.p, current.fit.bench)
+    own = (new.stiffness, new.damping)
+    beliefs = {name: belief for name, belief in current.beliefs.items() if name not in own}
+    rigid = replace(rigid, beliefs={name: belief for name, belief in model.beliefs.items() if name not in own})
+    return rigid, explained(rigid, current.found, beliefs, fit(bench, p, beliefs))
+
+
+def resonance(model: Model, new: Freed, fitted: MLFit) -> float:
+    """Hz, undamped, of a rotor that was freed against its joint."""
+    kernel = model.kernel
     n = len(kernel.coordinates)
-    x = np.concatenate([np.zeros(n), np.ones(len(kernel.states) - n)])  # in motion: friction does not turn
+    x = np.ones(len(kernel.states))  # in motion: friction does not turn
+    x[:n] = TWISTED * np.pi ** np.arange(n)  # where a spring with a gap of no width is one
     p = fitted.p[: len(kernel.parameters)]
     slope = np.asarray(kernel.state_derivative_state_jacobian_p(x, np.zeros(len(kernel.inputs)), p))
     ends = [kernel.coordinates.index(at) for at in (new.joint, f"{new.joint}.{new.rotor}")]
@@ -113,6 +146,20 @@ def _flexible(robot: Robot, joint: Joint) -> tuple[Robot, Freed]:
         Parameter(new.damping, 1e-3, "N m s/rad", "d_t", "damping of the transmission"),
     )
     return replace(robot, joints=joints, parameters=parameters), new
+
+
+def _rigid(robot: Robot, new: Freed) -> Robot:
+    """What ``_flexible`` did to the robot is undone."""
+    joint = next(j for j in robot.joints if j.name == new.joint)
+    drive = joint.drive
+    assert drive is not None
+    rotors = tuple(replace(r, fixed_to_joint=True) if r.name == new.rotor else r for r in drive.rotors)
+    drive = replace(drive, rotors=rotors, shafts=tuple(s for s in drive.shafts if s.name != new.shaft))
+    return replace(
+        robot,
+        joints=tuple(replace(j, drive=drive) if j is joint else j for j in robot.joints),
+        parameters=tuple(p for p in robot.parameters if p.name not in (new.stiffness, new.damping)),
+    )
 
 
 def _rotor_inertia(joint: Joint) -> str:
