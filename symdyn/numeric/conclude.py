@@ -22,7 +22,7 @@ from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.rounding import left_by_steps
 from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
-from symdyn.numeric.verdict import EXPLAINED, HOLDS, verdict_of
+from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.records import Robot
@@ -52,6 +52,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         after.heldout,
         judge.samples_per_period,
         noise[1],
+        float(np.min(judge.observation.motions)) / judge.edge,
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     told = []
@@ -60,6 +61,8 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
+    if not findings:
+        remaining = that_matters(remaining)
     wrong, before = refuted(case, final, remaining), first.errors(given)
     verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
     if verdict is Verdict.UNEXPLAINED:

@@ -24,7 +24,16 @@ from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
-from symdyn.numeric.skew import aligned, check_skew, effort_skew, skew_left, tells_half, tells_nearly_all, with_skew
+from symdyn.numeric.skew import (
+    aligned,
+    check_skew,
+    effort_skew,
+    held,
+    put_right,
+    skew_left,
+    tells_nearly_all,
+    with_skew,
+)
 from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
@@ -67,7 +76,7 @@ def _diagnose(
     setting = prepare(robot, training, heldout, progress)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
-    inquiry = Inquiry(setting, case, given, setting, case, given)
+    inquiry = held(Inquiry(setting, case, given, setting, case, given))
     if band is None:
         inquiry = below_steps(inquiry)
     open_ = revisions(inquiry.setting)
@@ -78,8 +87,8 @@ def _diagnose(
     inquiry = _physical(_reexamined(inquiry))
     check_skew(inquiry.first, inquiry.given, inquiry.current)
     before = inquiry
-    if tells_half(inquiry.case, inquiry.current):
-        progress("the efforts are late: the search goes on with the clocks aligned")
+    if put_right(inquiry.case, inquiry.current):
+        progress("the efforts are late or early: the search goes on with the clocks aligned")
         inquiry = aligned(_physical(_reexamined(_searched(aligned(inquiry), open_, progress))))
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
@@ -151,7 +160,8 @@ def _physical(inquiry: Inquiry) -> Inquiry:
 def _reexamined(inquiry: Inquiry) -> Inquiry:
     """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
     found = inquiry.current.found
-    for item in found if inquiry.setting.revised else found[:-1]:  # the last one has just earned its place
+    shown_otherwise = inquiry.setting.revised or inquiry.setting.readings != inquiry.origin.readings
+    for item in found if shown_otherwise else found[:-1]:  # the last one has just earned its place
         case, current, candidate = inquiry.case, inquiry.current, item[0]
         corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
         if corrected and case.certain(candidate, current):

@@ -11,7 +11,7 @@ from scipy import stats
 
 from symdyn.numeric.candidates import Candidate, bounds, candidate_bounds, fitted_parameters
 from symdyn.numeric.findings import Errors, Estimate
-from symdyn.numeric.fitting import Fit, joint_weight, minimise, relative_error
+from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import fit_linear, likelier, solve_linear
 from symdyn.numeric.search import EARNS
@@ -127,7 +127,8 @@ class Case:
 
     def _settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
         """Shape parameters by Gauss-Newton around the fit of all others, which is cheap."""
-        p, state, loss = self._linear(found, p, state, weight)
+        weighed = p
+        p, state, loss = self._linear(found, p, state, weight, weighed)
         count = sum(len(c.shapes) for c, _ in found)
         for _ in range(SHAPE_STEPS if count else 0):
             design = self._design(self.laws, found, p, state)
@@ -138,7 +139,7 @@ class Case:
                     Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
                     for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
                 ]
-                trial_p, trial, lower = self._linear(found, p, moved, weight)
+                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed)
                 if lower < loss:
                     break
             else:
@@ -164,8 +165,10 @@ class Case:
             at += len(candidate.shapes)
         return parts
 
-    def _linear(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted], float]:
-        """Everything but the shapes, fitted: also the loss that is left."""
+    def _linear(
+        self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array
+    ) -> tuple[Array, list[Fitted], float]:
+        """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``."""
         limits = bounds(self.robot)
         names = [c.parameter(s) for c, _ in found for s in c.linear]
         for candidate, _ in found:
@@ -175,12 +178,15 @@ class Case:
         loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
         for _ in range(TURNS if loaded else 1):
             added = self._added(self.laws, found, state, p)
-            p, start = minimise(self.bench, p, self.own, added, start, names, weight, limits, self.spread, unknown)
+            p, start = minimise(
+                self.bench, p, self.own, added, start, names, weight, limits, self.spread, unknown, weighed
+            )
         done, at = [], 0
         for f in state:
             count = len(f.coefficients)
             done.append(Fitted(tuple(float(x) for x in start[at : at + count]), f.shapes))
             at += count
+        weight = weight * (self.bench.passive.inertia(weighed) / self.bench.passive.inertia(p))
         return p, done, float(np.sum((self._residual(self.laws, found, p, done) * weight) ** 2))
 
     def _added(self, laws: Laws, found: Found, state: Sequence[Fitted], p: Array) -> Array:
@@ -195,7 +201,8 @@ class Case:
 
     def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
-        parts = [laws.bench.fitted(p, self.own)[1]]
+        left = self._residual(laws, found, p, state)
+        parts = [laws.bench.fitted(p, self.own)[1] + eased(laws.bench, p, self.own, left)]
         for (candidate, _), f in zip(found, state, strict=True):
             parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes, p)))
             parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes, p)))

@@ -53,7 +53,9 @@ def fit(bench: Workbench, p: Array, names: Sequence[str], weight: Array, bounds:
         return Fit((), p.copy(), LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool)))
     none = np.zeros((*bench.effort.shape, 0))
     p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {})
-    last = fit_linear(bench.columns(p, names) * weight[:, None], bench.residual(p) * weight)
+    residual = bench.residual(p)
+    columns = bench.columns(p, names) + eased(bench, p, names, residual)
+    last = fit_linear(columns * weight[:, None], residual * weight)
     return Fit(tuple(names), p, last)
 
 
@@ -68,12 +70,14 @@ def minimise(
     bounds: Bounds,
     spread: float = np.inf,
     unknown: frozenset[str] = frozenset(),
+    weighed: Array | None = None,
 ) -> tuple[Array, Array]:
     """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
 
     ``spread``: standard deviation, as a share of their values, that the kernel's own parameters are thought to
     have in the model as given. Wide as it is, it decides along directions that a recording hardly tells.
-    Of ``unknown`` ones nothing is thought.
+    Of ``unknown`` ones nothing is thought. ``weighed``: parameters at which residuals have the size that the weights
+    are for, those of the start if None; what no effort drives has it from the inertia (``Passive``).
     """
     size = len(p)
     where = [*(bench.index[name] for name in names), *range(size, size + len(start))]
@@ -89,8 +93,42 @@ def minimise(
     own = np.array([0.0 if name in unknown else 1.0 for name in names])
     pull = np.concatenate([own / (spread * _sizes(given)), np.zeros(len(start))])
     thought = np.concatenate([given, start])
-    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)
+    sized = _Sized(problem, bench, names, bench.passive.inertia(p if weighed is None else weighed))
+    x = _minimise(_Weighted(sized if len(bench.passive.joints) else problem, x0, where, weight, thought, pull), limits)
     return x[:size], x[size:]
+
+
+def eased(bench: Workbench, p: Array, names: Sequence[str], residual: Array) -> Array:
+    """(K, n, k) what columns of parameters lack where a residual (K, n) is a passive joint's.
+
+    A larger inertia makes its residual larger: that is none of what the residual says.
+    """
+    return np.asarray(residual[:, :, None] * bench.passive.slopes(p, names))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sized:
+    """A problem in which the residuals of passive joints are in proportion to accelerations."""
+
+    problem: Problem
+    bench: Workbench
+    names: Sequence[str]
+    inertia: Array  # (n,) for which the residual is as it is
+
+    def residual(self, x: Array) -> Array:
+        return self.problem.residual(x) * self._scale(x)
+
+    def columns(self, x: Array) -> Array:
+        columns = self.problem.columns(x).copy()
+        residual, count = self.problem.residual(x), len(self.names)
+        columns[:, :, :count] += residual[:, :, None] * self.bench.passive.slopes(self._own(x), self.names)
+        return np.asarray(columns * self._scale(x)[:, None])
+
+    def _scale(self, x: Array) -> Array:
+        return np.asarray(self.inertia / self.bench.passive.inertia(self._own(x)))
+
+    def _own(self, x: Array) -> Array:
+        return x[: len(self.bench.kernel.parameters)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

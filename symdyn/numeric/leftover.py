@@ -24,7 +24,13 @@ Data = tuple[Array, Array]  # residual (K, n) and variables (K, v)
 
 
 def leftover(
-    training: Data, heldout: Data, variables: Sequence[str], error: float, per_band: float, floor: Array | None = None
+    training: Data,
+    heldout: Data,
+    variables: Sequence[str],
+    error: float,
+    per_band: float,
+    floor: Array | None = None,
+    known: float = 1.0,
 ) -> Remaining:
     """Learn the training residual as a free-form function of the motion; see what that predicts held out.
 
@@ -32,7 +38,8 @@ def leftover(
     tells: a curve or surface that predicts the residual of another recording is structure. Its share
     of the residual's power, and the variables, are reported. What no variable tells may still be no
     noise: ``per_band`` samples per period of the band's edge, its spectrum is asked. ``floor`` (n,) is the root mean
-    square that the sensors' noise alone has in the band, where that is known from outside the band.
+    square that the sensors' noise alone has in the band, where that is known from outside the band. ``known`` is the
+    part of the band in which the motion of every joint is seen: beyond, residuals lack what it does, and its noise.
     """
     single = [(j,) for j in range(len(variables))]
     found = _best(training, heldout, variables, single, BINS, error)
@@ -42,27 +49,29 @@ def leftover(
     together = _best(training, heldout, variables, pairs, BINS_OF_PAIR, error)
     if together.structured:
         return together
-    share, p_value = slow_share(heldout[0], per_band, floor)
+    share, p_value = slow_share(heldout[0], per_band, floor, known)
     return Remaining(error, True, share, None, p_value) if share > SLOW_SHARE and p_value < LEVEL else found
 
 
-def slow_share(residual: Array, per_band: float, floor: Array | None = None) -> tuple[float, float]:
+def slow_share(residual: Array, per_band: float, floor: Array | None = None, known: float = 1.0) -> tuple[float, float]:
     """Share of the power that the lower half of the band has above the level of its upper half, and its p-value.
 
     Sensor noise is even over the band, or grows with frequency where positions were differentiated;
     a mismatch lives in the lower half of a band that was chosen to hold it twice over. ``residual``
     (K, n) has ``per_band`` samples per period of the band's edge. Level and scatter are those of
     Welch's spectrum: each bin is chi-squared with two degrees of freedom per independent segment.
-    What noise of the level ``floor`` (n,) would leave is no structure, however it is spread.
+    What noise of the level ``floor`` (n,) would leave is no structure, however it is spread. Where motion is
+    seen in part of the band, ``known``, that part is asked.
     """
     best = (0.0, 1.0)
-    known = np.zeros(residual.shape[1]) if floor is None else floor
-    for column, level in zip(residual.T, known, strict=True):
+    levels = np.zeros(residual.shape[1]) if floor is None else floor
+    edge = min(known, 1.0)
+    for column, level in zip(residual.T, levels, strict=True):
         length = min(len(column), max(32, len(column) // 8))
         frequency, power = signal.welch(column, per_band, nperseg=length, detrend="constant")
-        half = 0.5 + 2.0 * frequency[1]  # a line at the middle spreads over two bins of the window
+        half = 0.5 * edge + 2.0 * frequency[1]  # a line at the middle spreads over two bins of the window
         low = power[(frequency > 0) & (frequency <= half)]
-        high = power[(frequency > half) & (frequency <= 0.9)]
+        high = power[(frequency > half) & (frequency <= 0.9 * edge)]
         if len(low) == 0 or len(high) == 0 or not high.any():
             continue
         freedom = 2.0 * len(column) / length

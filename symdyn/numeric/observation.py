@@ -88,7 +88,7 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
         if wanted is None or not recording.has(wanted, joint.name):
             what = f"effort (or {wanted})" if wanted else "effort"
             message = f"recording '{recording.name}' holds no {what} of joint '{joint.name}'"
-            hint = "map a column to it under [[recording.channel]]"
+            hint = "map a column to it under [[recording.channel]], or say `passive = true` if nothing drives the joint"
             raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
         inputs[:, driven_joints.index(joint.name)] = recording.channel(wanted, joint.name)
     states = np.zeros((count, len(kernel.states)))

@@ -23,7 +23,7 @@ class LinearFit:
 
     @property
     def standard_error(self) -> Array:
-        return np.sqrt(np.diag(self.covariance))
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))  # rounding makes nothing negative
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 MOST = 0.8  # if it tells more than any one effect
 HALF = 0.5  # if it tells more than all effects together
 SOME = 0.1  # worth naming
-STEPS = 0.5  # samples: smaller skews are those of any sampled system
+STEPS = 1.0  # samples: up to here skews are those of any sampled system, whose efforts are held from one to the next
+LITTLE = 0.25  # samples: less does no harm
 CERTAIN = 4.0  # standard errors
 
 CHANNEL_SKEW, RECORDING = "channel_skew", "recording"  # of a finding: effect and place
@@ -66,12 +67,25 @@ def check_skew(first: Case, given: Explanation, final: Explanation) -> None:
     together.
     """
     skew = effort_skew(first, given)
-    if certain(first, skew) and skew.share > HALF:
+    if certain(first, skew) and beyond_a_sample(first, skew) and skew.share > HALF:
         gain, p_value = encompassing(final.heldout * given.weight, skew.heldout)
         if gain > 0.0 and p_value < LEVEL:
             message = f"{skew.text}: that alone tells {100 * skew.share:.0f} % of the mismatch, more than known physics"
             hint = "align the clocks of the channels (a filter in the effort's sensor delays, too), and diagnose again"
             raise BadRecording(Problem("SD529", message, hint=hint))
+
+
+def held(inquiry: Inquiry) -> Inquiry:
+    """With the efforts put right by up to a sample, where that alone tells half of what the model as given leaves.
+
+    An effort that a controller holds over a sample is logged where the hold begins (half a sample early) or where it
+    ends. That is how it was recorded, and nothing that the machine lacks.
+    """
+    skew = effort_skew(inquiry.case, inquiry.given)
+    if not certain(inquiry.case, skew) or beyond_a_sample(inquiry.case, skew) or skew.share <= HALF:
+        return inquiry
+    begun = aligned(inquiry)
+    return replace(begun, origin=begun.setting, first=begun.case, given=begun.current)
 
 
 def aligned(inquiry: Inquiry) -> Inquiry:
@@ -89,14 +103,16 @@ def with_skew(inquiry: Inquiry, before: Inquiry) -> Inquiry:
     delay = inquiry.setting.readings[0].late
     if not delay:
         return inquiry
-    skew = effort_skew(inquiry.case, inquiry.current)
-    if not certain(inquiry.case, replace(skew, delay=delay)):
+    skew = replace(effort_skew(inquiry.case, inquiry.current), delay=delay)
+    if not certain(inquiry.case, skew):
         return _earlier(inquiry, -delay).settled()
+    told_so = f"{skew.text}: their clock was put right by that, and all else fitted beside it"
+    if not beyond_a_sample(inquiry.case, skew):
+        return inquiry.noting(f"{told_so}; so little is that of efforts that are held from sample to sample")
     was, now = (i.case.errors(i.current).heldout for i in (before, inquiry))
     told, p_value = {"delay": Estimate(delay, skew.se, "s")}, heldout_gain(before.current, inquiry.current)[1]
     found = Finding(CHANNEL_SKEW, "skew of the efforts' channels", RECORDING, told, was, now, p_value, ())
-    aligned_by = f"{replace(skew, delay=delay).text}: their clock was put right by that, and all else fitted beside it"
-    return replace(inquiry, findings=(*inquiry.findings, found)).noting(aligned_by)
+    return replace(inquiry, findings=(*inquiry.findings, found)).noting(told_so)
 
 
 def _earlier(inquiry: Inquiry, delay: float) -> Inquiry:
@@ -105,15 +121,18 @@ def _earlier(inquiry: Inquiry, delay: float) -> Inquiry:
     return replace(inquiry, setting=setting, case=case, current=case.explain(inquiry.current.found, inquiry.current))
 
 
-def tells_half(case: Case, of: Explanation) -> bool:
-    """Of what an explanation leaves: the clocks are a finding then."""
+def put_right(case: Case, of: Explanation) -> bool:
+    """Whether the search is to go on with the clocks aligned: as a finding, where they tell half of what is left.
+
+    Up to a sample it is none, and costs nothing to be put right.
+    """
     left = skew_left(case, of)
-    return left is not None and left.share > HALF
+    return left is not None and (left.share > HALF or not beyond_a_sample(case, left))
 
 
 def tells_nearly_all(case: Case, skew: Skew) -> bool:
     """Whether it may be the one cause of the mismatch, before effects were searched."""
-    return certain(case, skew) and skew.share > MOST
+    return certain(case, skew) and beyond_a_sample(case, skew) and skew.share > MOST
 
 
 def skew_left(case: Case, of: Explanation) -> Skew | None:
@@ -123,8 +142,13 @@ def skew_left(case: Case, of: Explanation) -> Skew | None:
 
 
 def certain(case: Case, skew: Skew) -> bool:
-    """Whether it is more than chance, and more than any sampled system has."""
-    return abs(skew.delay) > max(STEPS * case.bench.observation.sample_time, CERTAIN * skew.se)
+    """Whether it is more than chance, and enough to matter."""
+    return abs(skew.delay) > max(LITTLE * case.bench.observation.sample_time, CERTAIN * skew.se)
+
+
+def beyond_a_sample(case: Case, skew: Skew) -> bool:
+    """Whether it is more than any sampled system has."""
+    return abs(skew.delay) > STEPS * case.bench.observation.sample_time
 
 
 def _derivative(workbench: Workbench) -> Array:

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from symdyn.numeric.findings import Errors, Finding, Remaining, Verdict
 
 EXPLAINED = 0.75  # of the structured mismatch's power that findings must tell for their names to be the answer
 HOLDS = 0.995  # the same where what is left follows a finding's own variable: its law holds but for 7 % of its size
 ALL = 1.0  # the same where the model's own parameters went where no data sheet is wrong: who explained it is open
+NEGLIGIBLE = 0.005  # of the effort, or of the motion: no sensor of a robot tells so little, whatever its structure
+
+
+def that_matters(remaining: Remaining) -> Remaining:
+    """What a model leaves that nothing was found for, without a structure that nobody would ask about.
+
+    An effort that a controller holds over each sample is told as a smooth one to a thousandth; recordings without any
+    noise show that, and all that a simulation rounds.
+    """
+    if not remaining.structured or math.sqrt(remaining.share) * remaining.heldout > NEGLIGIBLE:
+        return remaining
+    return replace(remaining, structured=False, share=0.0, variable=None)
 
 
 def verdict_of(

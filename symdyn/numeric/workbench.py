@@ -12,6 +12,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import Band
 from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.passive import Passive
 from symdyn.numeric.rest import MOSTLY, touched, turning
 from symdyn.numeric.span import Span, find_span
 
@@ -44,6 +45,11 @@ class Workbench:
         self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
         self._spans: dict[tuple[str, ...], tuple[Span, Array]] = {}
         self._at_start: Array | None = None
+
+    @cached_property
+    def passive(self) -> Passive:
+        """Joints that nothing drives."""
+        return Passive(self.kernel, self.observation, self.index)
 
     def foldable(self, names: Sequence[str]) -> bool:
         """Whether these parameters enter by a sum of fixed columns: no hidden states, no characteristic speeds."""

@@ -222,11 +222,10 @@ def test_inertia_that_the_model_can_take_up_is_no_finding(robot: Robot) -> None:
 @pytest.mark.parametrize("name", list(FOREIGN))
 def test_torque_outside_the_catalogue_is_not_explained_away(robot: Robot, name: str) -> None:
     found = diagnosed(robot, FOREIGN[name])
-    assert found.verdict is not Verdict.COMPLETE
+    assert found.verdict is Verdict.UNEXPLAINED  # whatever effects come near
     assert found.remaining.structured
     quantity = {"acceleration": "acceleration", "speed": "speed"}.get(name.rpartition(" ")[2], "position")
     assert found.remaining.variable == f"{quantity} of arm"
-    assert found.remaining.share > 0.2
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])

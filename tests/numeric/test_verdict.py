@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from symdyn.numeric.findings import Errors, Finding, Remaining, Rival, Verdict
-from symdyn.numeric.verdict import ALL, EXPLAINED, HOLDS, explained_share, verdict_of
+from symdyn.numeric.verdict import ALL, EXPLAINED, HOLDS, explained_share, that_matters, verdict_of
 
 BEFORE, AFTER = Errors(0.1, 0.1), Errors(0.01, 0.01)
 SURE = Finding("coulomb_friction", "Coulomb friction", "arm", {}, 0.1, 0.01, 1e-9, ())
@@ -46,3 +46,10 @@ def test_a_finding_that_tells_a_small_part_is_no_explanation() -> None:
 def test_what_is_left_without_structure_counts_for_nothing() -> None:
     assert explained_share(Remaining(0.09, False, 0.05, None, 0.5), BEFORE, Errors(0.09, 0.09)) == 1.0
     assert explained_share(Remaining(0.1, False, 0.0, None, 1.0), BEFORE, BEFORE) == 0.0
+
+
+def test_a_trace_that_no_sensor_tells_is_no_structure_that_matters() -> None:
+    assert that_matters(Remaining(0.0051, True, 1.0, "speed of arm", 1e-9)).structured
+    trace = that_matters(Remaining(0.0049, True, 1.0, "speed of arm", 1e-9))
+    assert (trace.structured, trace.variable, trace.heldout) == (False, None, 0.0049)
+    assert verdict_of((), trace, BEFORE, AFTER) is Verdict.COMPLETE

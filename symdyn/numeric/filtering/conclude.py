@@ -27,7 +27,7 @@ from symdyn.numeric.findings import (
     Remaining,
     Traces,
 )
-from symdyn.numeric.verdict import ALL, EXPLAINED, verdict_of
+from symdyn.numeric.verdict import ALL, EXPLAINED, that_matters, verdict_of
 from symdyn.physics import catalogue
 from symdyn.spec.edit import add_effect, free_rotor, set_effect, set_parameter
 from symdyn.spec.records import JOINT_END, Robot
@@ -54,6 +54,8 @@ def conclude(
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
     floor = noise_floor(model, final.fit)
     remaining = _remaining(model, final, after, floor)
+    if not findings:
+        remaining = that_matters(remaining)
     channels = model.heldout.names
     moved = _moved(model, final.fit)
     return Diagnosis(
