@@ -49,6 +49,8 @@ def check_sensors(
                 f"'{channel.column}' stands at the end of its range ({level:.6g}) in {100 * share:.1f} % of samples"
             )
             hint = "widen the range of the sensor, or move less; what is cut off cannot be told from missing physics"
+            if channel.quantity is Quantity.EFFORT:
+                hint += "; a command at the drive's own limit is no measurement: map it as the voltage of an actuator"
             # A voltage at its limit is what the machine was given; a measurement there is not what it was.
             bad = share > CLIPPED_BADLY and channel.quantity in (Quantity.EFFORT, Quantity.CURRENT)
             (errors if bad else warnings).append(Problem("SD524", message, places[channel], hint))

@@ -58,8 +58,9 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     for joint, steps in _coarse(inquiry.setting):
         left = float(np.sum((current.heldout * current.weight)[:, room] ** 2))
         own = (_by_steps(inquiry, joint, steps.size, False) * current.weight)[:, room]
-        if left > 0.0 and np.sum(own**2) >= MOSTLY * left:
-            inquiry = _told(inquiry, joint, steps, float(np.sum(own**2)) / left, "nothing smaller can be told")
+        share = float(np.sum(own**2)) / left if left > 0.0 else 0.0
+        if MOSTLY <= share <= 1.0 / MOSTLY:  # more than is left was never there: where a joint stands, nothing trembles
+            inquiry = _told(inquiry, joint, steps, share, "nothing smaller can be told")
     return inquiry
 
 
