@@ -201,8 +201,10 @@ class Case:
 
     def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
-        left = self._residual(laws, found, p, state)
-        parts = [laws.bench.fitted(p, self.own)[1] + eased(laws.bench, p, self.own, left)]
+        own = laws.bench.fitted(p, self.own)[1]
+        if laws.bench.passive.joints:
+            own = own + eased(laws.bench, p, self.own, self._residual(laws, found, p, state))
+        parts = [own]
         for (candidate, _), f in zip(found, state, strict=True):
             parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes, p)))
             parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes, p)))

@@ -53,8 +53,9 @@ def fit(bench: Workbench, p: Array, names: Sequence[str], weight: Array, bounds:
         return Fit((), p.copy(), LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool)))
     none = np.zeros((*bench.effort.shape, 0))
     p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {})
-    residual = bench.residual(p)
-    columns = bench.columns(p, names) + eased(bench, p, names, residual)
+    residual, columns = bench.residual(p), bench.columns(p, names)
+    if bench.passive.joints:
+        columns = columns + eased(bench, p, names, residual)
     last = fit_linear(columns * weight[:, None], residual * weight)
     return Fit(tuple(names), p, last)
 
@@ -88,13 +89,14 @@ def minimise(
     limits = np.array([b[0] for b in wanted]), np.array([b[1] for b in wanted])
     given = bench.kernel.values
     held = np.delete(p != given, where[: len(names)]).any()  # a span is about the kernel's own values
-    problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
+    problem: Problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
     given = given[where[: len(names)]]
     own = np.array([0.0 if name in unknown else 1.0 for name in names])
     pull = np.concatenate([own / (spread * _sizes(given)), np.zeros(len(start))])
     thought = np.concatenate([given, start])
-    sized = _Sized(problem, bench, names, bench.passive.inertia(p if weighed is None else weighed))
-    x = _minimise(_Weighted(sized if len(bench.passive.joints) else problem, x0, where, weight, thought, pull), limits)
+    if bench.passive.joints:
+        problem = _Sized(problem, bench, names, bench.passive.inertia(p if weighed is None else weighed))
+    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)
     return x[:size], x[size:]
 
 
