@@ -61,8 +61,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
         if not remaining.structured:
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
-    if not findings:
-        remaining = that_matters(remaining)
+    remaining = that_matters(remaining, findings)
     wrong, before = refuted(case, final, remaining), first.errors(given)
     verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
     if verdict is Verdict.UNEXPLAINED:

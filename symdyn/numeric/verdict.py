@@ -14,13 +14,14 @@ ALL = 1.0  # the same where the model's own parameters went where no data sheet 
 NEGLIGIBLE = 0.005  # of the effort, or of the motion: no sensor of a robot tells so little, whatever its structure
 
 
-def that_matters(remaining: Remaining) -> Remaining:
-    """What a model leaves that nothing was found for, without a structure that nobody would ask about.
+def that_matters(remaining: Remaining, findings: Sequence[Finding]) -> Remaining:
+    """The same, without a structure that nobody would ask about; none is small beside what findings took off.
 
-    An effort that a controller holds over each sample is told as a smooth one to a thousandth; recordings without any
-    noise show that, and all that a simulation rounds.
+    The steps of an encoder take off nothing. An effort that a controller holds over each sample is told as a smooth one
+    to a thousandth; recordings without any noise show that, and all that a simulation rounds.
     """
-    if not remaining.structured or math.sqrt(remaining.share) * remaining.heldout > NEGLIGIBLE:
+    took = any(f.heldout_gain > 0.0 for f in findings)
+    if took or not remaining.structured or math.sqrt(remaining.share) * remaining.heldout > NEGLIGIBLE:
         return remaining
     return replace(remaining, structured=False, share=0.0, variable=None)
 
