@@ -25,13 +25,13 @@ demo: $(STAMP) ## explain a recording by the physics that its model lacks; write
 	@$(BIN)/symdyn demo
 
 test: $(STAMP) ## run the tests, all but the slow ones
-	@$(PYTEST) -n auto --dist loadgroup -m "not slow"
+	@$(PYTEST) -n auto -m "not slow"
 
 test-slow: $(STAMP) ## run the slow tests
-	@$(PYTEST) -n auto --dist loadgroup -m slow
+	@$(PYTEST) -n auto -m slow
 
 test-random: $(STAMP) ## run the tests on new random examples
-	@$(PYTEST) -n auto --dist loadgroup --hypothesis-profile=random
+	@$(PYTEST) -n auto --hypothesis-profile=random
 
 lint: $(STAMP) ## check the style (ruff)
 	@$(BIN)/python -m ruff check .

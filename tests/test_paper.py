@@ -13,7 +13,6 @@ from benchmarks.paper.study import Study, study
 from symdyn.numeric.linear.response import frequency_response
 
 DOCS = Path(__file__).parent.parent / "docs"
-pytestmark = pytest.mark.xdist_group("paper")  # one worker computes the study
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
