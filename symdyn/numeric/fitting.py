@@ -123,7 +123,7 @@ class _Sized:
     def columns(self, x: Array) -> Array:
         columns = self.problem.columns(x).copy()
         residual, count = self.problem.residual(x), len(self.names)
-        columns[:, :, :count] += residual[:, :, None] * self.bench.passive.slopes(self._own(x), self.names)
+        columns[:, :, :count] += eased(self.bench, self._own(x), self.names, residual)
         return np.asarray(columns * self._scale(x)[:, None])
 
     def _scale(self, x: Array) -> Array:

@@ -51,11 +51,10 @@ class Passive:
 
     def _mean(self, p: Array) -> Array:
         """(m,) of the passive joints."""
-        found = []
-        for joint in self.joints:
-            ends = [self._kernel.inverse_dynamics_p_batch(*x, p)[:, joint] for x in self._moves(joint)]
-            found.append(float(np.mean(ends[0] - ends[1])))
-        return np.array(found)
+        if not self.joints:
+            return np.zeros(0)
+        mass = self._kernel.mass_matrix_p_batch(self._q, p)
+        return np.asarray(np.mean(mass[:, self.joints, self.joints], axis=0))
 
     def _moves(self, joint: int) -> tuple[tuple[Array, Array, Array], ...]:
         """From rest with unit acceleration of a joint, and without."""
