@@ -48,6 +48,7 @@ def test_a_figure_shows_what_it_says(found: Study) -> None:
     assert written == FIGURES["figure-12.svg"](found)
 
 
+@pytest.mark.slow
 def test_friction_stops_the_motor_to_the_last_bit(found: Study) -> None:
     run = found.jumps.steps["friction and clearance"]
     last = [e for e in run.events if e.kind == "friction"][-1]
@@ -58,6 +59,7 @@ def test_friction_stops_the_motor_to_the_last_bit(found: Study) -> None:
     assert np.ptp(load) > 1e-3
 
 
+@pytest.mark.slow
 def test_what_is_measured_at_an_amplitude_nears_the_linear_part_and_is_odd(found: Study) -> None:
     """The larger the signal, the smaller the share of friction; even where the drive leans to one side, once."""
     changes = []
@@ -70,6 +72,7 @@ def test_what_is_measured_at_an_amplitude_nears_the_linear_part_and_is_odd(found
     assert changes[0] > 2 * changes[1] > 4 * changes[2]
 
 
+@pytest.mark.slow
 def test_the_arm_hangs_on_its_drive_as_statics_say(found: Study) -> None:
     """At rest the flexspline holds m g l/2 cos q / N: c_3 (twist - S)."""
     jumps = found.jumps

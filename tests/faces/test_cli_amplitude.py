@@ -66,6 +66,7 @@ def test_a_stepped_sine_shows_less_than_the_linear_part_and_odd_harmonics(slider
     assert "0 %" in row.split("│")[6]
 
 
+@pytest.mark.slow  # compiles a machine of its own
 def test_what_friction_holds_has_no_response(slider: Path) -> None:
     done = run("frequency", slider, "--amplitude", "2.9", *BAND, "--points", "2", "-y", "slide.qd")
     assert done.code == 0

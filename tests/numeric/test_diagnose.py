@@ -109,6 +109,7 @@ def test_missing_effect_is_named_and_its_value_is_right(name: str) -> None:
             assert estimate.se < 0.1 * abs(truth)
 
 
+@pytest.mark.slow
 def test_a_wave_along_an_axis_that_slides_is_a_ripple_too() -> None:
     """A rack, a screw and a linear motor have a pitch: their order is in rad/m."""
     slide = robot_from_text(SLIDE, "slide.toml")

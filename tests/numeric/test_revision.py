@@ -161,6 +161,7 @@ def test_an_encoder_is_set_right_beside_a_later_finding() -> None:
         assert told[name].value == pytest.approx(value, abs=max(4.0 * se, 1e-3 * value))
 
 
+@pytest.mark.slow
 def test_friction_by_load_is_told_from_coulomb_friction() -> None:
     """By hand: 12 % of what the links need, which the gravity model that is refitted beside it must not take up."""
     robot = robot_from_text(ARM_OF_TWO, "two.toml")
@@ -175,6 +176,7 @@ def test_friction_by_load_is_told_from_coulomb_friction() -> None:
     assert again.after.heldout == pytest.approx(found.after.heldout, rel=0.01)
 
 
+@pytest.mark.slow
 def test_an_encoder_that_is_off_at_the_first_joint_is_a_tilted_base() -> None:
     """No motion of a flat arm tells them apart: the one number comes first, the other is its rival."""
     robot = robot_from_text(ARM_OF_TWO, "two.toml")

@@ -69,6 +69,7 @@ def test_a_transmission_taken_for_rigid_gets_its_shaft(robot: Robot, tmp_path: P
     assert [s.name for s in drive.shafts] == ["transmission"]
 
 
+@pytest.mark.slow
 def test_an_ammeter_that_is_off_is_no_offset_of_the_amplifier(robot: Robot, tmp_path: Path) -> None:
     found = diagnosed(robot, tmp_path, offset=0.1)
     assert [(f.effect, f.place) for f in found.findings] == [("ammeter", "axis.circuit")]

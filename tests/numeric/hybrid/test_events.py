@@ -33,8 +33,10 @@ class Way(Protocol):
 
 ways = pytest.mark.parametrize(
     ("way", "close"),
-    [(simulate_affine, 1e-10), (partial(simulate_general, tolerance=1e-10), 1e-8)],
-    ids=["exact", "general"],
+    [
+        pytest.param(simulate_affine, 1e-10, id="exact"),
+        pytest.param(partial(simulate_general, tolerance=1e-10), 1e-8, id="general", marks=pytest.mark.slow),
+    ],
 )
 
 
