@@ -12,7 +12,7 @@ import pytest
 import symdyn
 
 PACKAGE = Path(symdyn.__file__).parent
-LAYERS = ("base", "spec", "physics", "derive", "program", "emit", "compiler", "numeric", "faces")
+LAYERS = ("base", "spec", "physics", "derive", "program", "emit", "compiler", "numeric", "faces", "__main__")
 RANK = {layer: rank for rank, layer in enumerate(LAYERS)}
 
 RUNNING_TEXT = {"eval", "exec", "compile", "__import__"}  # as plain names; re.compile and the like are attributes

@@ -145,6 +145,9 @@ def test_as_a_process_of_its_own(tmp_path: Path) -> None:
     bad = process(entry, "check", "bad.toml")
     assert (bad.returncode, bad.stdout) == (3, "")
     assert bad.stderr.startswith("error: bad.toml:1:7: SD001: ")
+    module = [sys.executable, "-m", "symdyn", "check", "bad.toml"]
+    same = subprocess.run(module, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (same.returncode, same.stdout, same.stderr) == (3, "", bad.stderr)
     shown = process(entry, "--debug", "check", "bad.toml")
     assert shown.returncode == 1
     assert "Traceback" in shown.stderr
