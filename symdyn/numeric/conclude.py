@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -49,7 +50,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         (admissible_residual(bench, emitted.values), _motion(bench)),
         (admissible_residual(judge, emitted.values), _motion(judge)),
         [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
-        after.heldout,
+        dict(zip(case.joints, joint_errors(r_heldout, judge).tolist(), strict=True)),
         judge.samples_per_period,
         noise[1],
         float(np.min(judge.observation.motions)) / judge.edge,
@@ -60,7 +61,8 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     if skew is not None:
         told.append(f"{skew.text} would tell {100 * skew.share:.0f} % of what is left")
         if not remaining.structured:
-            remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value)
+            size = math.sqrt(skew.share) * after.heldout
+            remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value, size)
     remaining = that_matters(remaining, findings)
     wrong, before = refuted(case, final, remaining), first.errors(given)
     verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)

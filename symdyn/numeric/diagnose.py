@@ -12,11 +12,14 @@ from symdyn.base.errors import InputError
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, ready
+from symdyn.numeric.few_waves import waves_instead, waves_of_rival
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, Rival
 from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
 from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.nested import generalised, simplified
+from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
@@ -112,11 +115,13 @@ def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
 
 
 def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
-    """Until neither another effect, nor a wider law in place of one, earns its place."""
+    """Until neither another effect, nor a wider law or a wave in place of one, earns its place."""
     inquiry = forward(inquiry, open_, progress)
     swapped = True
     while swapped:
-        inquiry, swapped = generalised(inquiry, progress)
+        inquiry, widened = generalised(inquiry, progress)
+        inquiry, waves = waves_instead(inquiry, progress)
+        swapped = widened or waves
         if swapped:
             inquiry = forward(inquiry, open_, progress)
     return inquiry
@@ -128,16 +133,23 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     Where that finds nothing, or no effort was measured that could be quicker than the motion, everything stays as
     it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
     quick then, and a friction that remembers would be named for it. Sensors and gravity are no quick matter.
+    Where nothing was found in the narrow band, the wide one must show more than noise: a ripple of a high order is
+    as even as noise there, and quicker than the motion.
     """
-    if not np.any(inquiry.case.bench.effort) or not inquiry.findings:
+    if not np.any(inquiry.case.bench.effort):
         return inquiry
     edge = inquiry.case.bench.edge
     cutoff = inquiry.setting.left(inquiry.current)
     if cutoff < WIDER * edge or skew_left(inquiry.case, inquiry.current) is not None:
         return inquiry
-    progress(f"what is left reaches up to {cutoff:.3g} Hz")
-    first, case = inquiry.origin.case(cutoff, edge), inquiry.setting.case(cutoff, edge)
+    case = inquiry.setting.case(cutoff, edge)
     current = case.explain(inquiry.current.found, inquiry.current)
+    if not inquiry.findings:
+        share, p_value = slow_share(current.training, case.bench.samples_per_period)
+        if share < SHARE or p_value > LEVEL:
+            return inquiry
+    progress(f"what is left reaches up to {cutoff:.3g} Hz")
+    first = inquiry.origin.case(cutoff, edge)
     wide = replace(inquiry, first=first, given=first.explain(), case=case, current=current, motion=edge)
     after = _searched(wide, (), progress)
     return after if len(after.findings) > len(inquiry.findings) else inquiry
@@ -190,18 +202,21 @@ def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], 
     search = Search(case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
     own = search.at(mine[0][0], current.fitted[current.found.index(mine[0])].shapes)
     rivals, group = [], list(finding.group)
+    count = independent_samples(case.bench)
     for other in ready(inquiry.setting.proposed, case.robot, rest.effects):
         if (other.effect == finding.effect) == (other.place.address == finding.place):
             continue
         if finding.effect in catalogue()[other.effect].generalises:
             continue  # the finding and more: it fits as well by being the same
-        trial = search.trial(other)
+        trial = search.trial(other, waves_of_rival(other, mine[0][0]))
         if len(other.shapes) > 1 and other.place.address == finding.place and trial.gain > 0:
             trial = search.polished(trial)
         if search.contains(trial, own):
             continue
-        p_value = likelier(trial.errors, own.errors)[1]
-        if trial.admissible and trial.gain > 0 and p_value > TIE:
+        gain, p_value = likelier(trial.errors, own.errors)
+        # The shapes of both were fitted to these very samples: each number more is worth log(N) by that (Schwarz).
+        bought = gain * count < (own.candidate.size - other.size) * np.log(count)
+        if trial.admissible and trial.gain > 0 and (p_value > TIE or bought):
             if other.place.address == finding.place:
                 rivals.append(Rival(other.effect, other.place.address, p_value))
             else:

@@ -157,9 +157,11 @@ class Remaining:
 
     heldout: float  # relative error that is left
     structured: bool  # whether it still follows the motion
-    share: float  # part of the left residual's power that follows the motion
+    share: float  # part of the held-out error's power that does
     variable: str | None  # what it follows most: "position of elbow"
     p_value: float
+    size: float = 0.0  # of the structured part, relative to the effort (or the motion) where it is
+    place: str | None = None  # whose equation it is left in; None where no single one tells
 
     def to_json(self) -> Json:
         return {
@@ -168,6 +170,7 @@ class Remaining:
             "share": self.share,
             "variable": self.variable,
             "p_value": self.p_value,
+            "place": self.place,
         }
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -27,30 +28,54 @@ def leftover(
     training: Data,
     heldout: Data,
     variables: Sequence[str],
-    error: float,
+    errors: Mapping[str, float],
     per_band: float,
     floor: Array | None = None,
     known: float = 1.0,
 ) -> Remaining:
     """Learn the training residual as a free-form function of the motion; see what that predicts held out.
 
-    ``variables`` names the v columns. One variable at a time, and pairs of them where no single one
-    tells: a curve or surface that predicts the residual of another recording is structure. Its share
-    of the residual's power, and the variables, are reported. What no variable tells may still be no
-    noise: ``per_band`` samples per period of the band's edge, its spectrum is asked. ``floor`` (n,) is the root mean
-    square that the sensors' noise alone has in the band, where that is known from outside the band. ``known`` is the
-    part of the band in which the motion of every joint is seen: beyond, residuals lack what it does, and its noise.
+    ``variables`` names the v columns, ``errors`` the n joints, with the held-out error of each, relative to its effort.
+    Every joint's equation is asked by itself: in an arm of six the noise of five would drown what the sixth lacks.
+    One variable at a time, and pairs of them where no single one tells: a curve or surface that predicts the
+    residual of another recording is structure. Its joint, its share of the error's power, and the variables are
+    reported. What no variable tells may still be no noise: ``per_band`` samples per period of the band's edge, its
+    spectrum is asked. ``floor`` (n,) is the root mean square that the sensors' noise alone has in the band, where that
+    is known from outside the band. ``known`` is the part of the band in which the motion of every joint is seen:
+    beyond, residuals lack what it does, and its noise.
     """
+    error = float(np.sqrt(np.mean(np.square(list(errors.values())))))
     single = [(j,) for j in range(len(variables))]
-    found = _best(training, heldout, variables, single, BINS, error)
-    if found.structured:
-        return found
     pairs = list(combinations(range(len(variables)), 2))
-    together = _best(training, heldout, variables, pairs, BINS_OF_PAIR, error)
-    if together.structured:
-        return together
-    share, p_value = slow_share(heldout[0], per_band, floor, known)
-    return Remaining(error, True, share, None, p_value) if share > SLOW_SHARE and p_value < LEVEL else found
+    for subsets, bins in ((single, BINS), (pairs, BINS_OF_PAIR)):
+        follows = _best(training, heldout, subsets, bins)
+        if follows.share > SHARE:
+            names = " and ".join(variables[j] for j in follows.variables)
+            return _at(follows, errors, error, names)
+    levels = np.zeros(len(errors)) if floor is None else floor
+    slow = [slow_share(heldout[0][:, [j]], per_band, levels[[j]], known) for j in range(len(errors))]
+    joint = max(range(len(slow)), key=lambda j: slow[j])
+    share, p_value = slow[joint][0], min(1.0, slow[joint][1] * len(slow))
+    if share > SLOW_SHARE and p_value < LEVEL:
+        return _at(_Structure(joint, (), share, p_value), errors, error, None)
+    return Remaining(error, False, 0.0, None, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Structure:
+    """What is left at one joint: which variables it follows, and the share of that joint's power that does."""
+
+    joint: int
+    variables: tuple[int, ...]
+    share: float
+    p_value: float
+
+
+def _at(found: _Structure, errors: Mapping[str, float], error: float, variable: str | None) -> Remaining:
+    place, there = list(errors.items())[found.joint]
+    of_all = there**2 / max(len(errors) * error**2, 1e-300)
+    size = float(np.sqrt(found.share)) * there
+    return Remaining(error, True, found.share * of_all, variable, found.p_value, size, place)
 
 
 def slow_share(residual: Array, per_band: float, floor: Array | None = None, known: float = 1.0) -> tuple[float, float]:
@@ -64,8 +89,8 @@ def slow_share(residual: Array, per_band: float, floor: Array | None = None, kno
     seen in part of the band, ``known``, that part is asked.
     """
     best = (0.0, 1.0)
-    levels = np.zeros(residual.shape[1]) if floor is None else floor
     edge = min(known, 1.0)
+    levels = np.zeros(residual.shape[1]) if floor is None else floor
     for column, level in zip(residual.T, levels, strict=True):
         length = min(len(column), max(32, len(column) // 8))
         frequency, power = signal.welch(column, per_band, nperseg=length, detrend="constant")
@@ -82,14 +107,13 @@ def slow_share(residual: Array, per_band: float, floor: Array | None = None, kno
     return best
 
 
-def _best(
-    training: Data, heldout: Data, variables: Sequence[str], subsets: Sequence[Sequence[int]], bins: int, error: float
-) -> Remaining:
+def _best(training: Data, heldout: Data, subsets: Sequence[tuple[int, ...]], bins: int) -> _Structure:
+    """The joint and the variables that tell the largest share of its power."""
     (r_train, x_train), (r_held, x_held) = training, heldout
     size = np.sqrt(np.mean(r_train**2, axis=0)) + 1e-300
     before = r_held / size
-    power = max(float(np.mean(np.sum(before**2, axis=1))), 1e-300)
-    best = Remaining(error, False, 0.0, None, 1.0)
+    power = np.maximum(np.mean(before**2, axis=0), 1e-300)
+    best = _Structure(0, (), 0.0, 1.0)
     for subset in subsets:
         cell_train, cell_held = np.zeros(len(x_train), dtype=int), np.zeros(len(x_held), dtype=int)
         for j in subset:
@@ -97,10 +121,11 @@ def _best(
             cell_train = cell_train * bins + np.digitize(x_train[:, j], edges)
             cell_held = cell_held * bins + np.digitize(x_held[:, j], edges)
         after = (r_held - _means(r_train, cell_train, bins ** len(subset))[cell_held]) / size
-        gain, p_value = encompassing(before, after)
-        share, p_value = gain / power, min(1.0, p_value * len(subsets))
-        if share > best.share and p_value < LEVEL:
-            best = Remaining(error, share > SHARE, share, " and ".join(variables[j] for j in subset), p_value)
+        shares = 1.0 - np.mean(after**2, axis=0) / power
+        for joint in np.flatnonzero(shares > best.share):  # significance is asked of what may be the best alone
+            p_value = encompassing(before[:, [joint]], after[:, [joint]])[1] * len(subsets) * len(power)
+            if p_value < LEVEL and shares[joint] > best.share:
+                best = _Structure(int(joint), subset, float(shares[joint]), p_value)
     return best
 
 

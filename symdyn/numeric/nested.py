@@ -31,11 +31,11 @@ def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
         if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
             continue
         progress(f"instead of {less[0][0].label}: {wider.title}")
-        rest = _without(inquiry, [c for c, _ in less])
+        rest = without(inquiry, [c for c, _ in less])
         trial = _tried(inquiry, rest, wider)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
         if step is not None:
-            inquiry, swapped = _exchanged(inquiry, [c for c, _ in less], rest, step[1]), True
+            inquiry, swapped = exchanged(inquiry, [c for c, _ in less], rest, step[1]), True
             names = ", ".join(c.title for c, _ in less)
             inquiry = inquiry.noting(f"{wider.label} took the place of {names}, which it is akin to, and better")
     return inquiry, swapped
@@ -46,7 +46,7 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
     for candidate, _ in inquiry.current.found:
         for simpler in _simpler(inquiry, candidate):
             progress(f"instead of {candidate.label}: {', '.join(c.title for c in simpler)}")
-            rest = _without(inquiry, [candidate])
+            rest = without(inquiry, [candidate])
             try:
                 after = _with(inquiry, rest, simpler)
             except NumericalError:
@@ -56,7 +56,7 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
                 told = f"{candidate.label} contains {names}, which explains as much by itself"
                 if not inquiry.case.earns(rest, after):
                     after, told = rest, f"{candidate.label} was taken out again: later findings explain it better"
-                inquiry = _exchanged(inquiry, [candidate], rest, after).noting(told)
+                inquiry = exchanged(inquiry, [candidate], rest, after).noting(told)
                 break
     return inquiry
 
@@ -101,12 +101,14 @@ def _tried(inquiry: Inquiry, rest: Explanation, candidate: Candidate) -> Trial:
     return search.polished(trial) if len(candidate.shapes) > 1 else trial
 
 
-def _without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanation:
+def without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanation:
+    """What explains the case without some of what was found."""
     found = tuple(item for item in inquiry.current.found if not any(item[0] is c for c in gone))
     return inquiry.case.explain(found, inquiry.current)
 
 
-def _exchanged(inquiry: Inquiry, gone: Sequence[Candidate], rest: Explanation, after: Explanation) -> Inquiry:
+def exchanged(inquiry: Inquiry, gone: Sequence[Candidate], rest: Explanation, after: Explanation) -> Inquiry:
+    """With ``after`` in place of what is ``gone``; ``rest`` is what both have."""
     keys = {(c.effect, c.place.address) for c in gone}
     known = {(c.effect, c.place.address) for c, _ in rest.found}
     kept = [f for f in inquiry.findings if (f.effect, f.place) not in keys]

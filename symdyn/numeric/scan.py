@@ -29,14 +29,16 @@ LEAST = 1e-12  # squared speed of a joint that stands: it shows no heat, and no 
 PEAKS = 6  # orders of a periodogram that are looked at closely
 
 
-def axes(candidate: Candidate, joint: int, bench: Workbench) -> list[list[float]]:
-    """Values of each shape parameter to try, rising; fewer of each where there are several."""
+def axes(candidate: Candidate, joint: int, bench: Workbench, waves: float = WAVES) -> list[list[float]]:
+    """Values of each shape parameter to try, rising; fewer of each where there are several. ``waves``: see orders."""
     seen = bench.observation
     share = SEVERAL[min(len(candidate.shapes), len(SEVERAL)) - 1]
-    return [_axis(schema, seen, joint, bench.edge, share) for schema in candidate.shapes]
+    return [_axis(schema, seen, joint, bench.edge, share, waves) for schema in candidate.shapes]
 
 
-def _axis(schema: ParameterSchema, seen: Observation, joint: int, edge: float, share: float) -> list[float]:
+def _axis(
+    schema: ParameterSchema, seen: Observation, joint: int, edge: float, share: float, waves: float
+) -> list[float]:
     top = float(np.quantile(np.abs(seen.qd[:, joint]), 0.99))
     travel = max(float(np.ptp(seen.q[:, joint])), 1e-12)
     match schema.scan:
@@ -45,7 +47,7 @@ def _axis(schema: ParameterSchema, seen: Observation, joint: int, edge: float, s
         case Scan.SLOWNESS:
             values = np.array([0.1, 1.0]) / top if top > 0 else np.ones(1)
         case Scan.ANGLE_ORDER:
-            values = orders(seen, joint, edge)
+            values = orders(seen, joint, edge, waves)
         case Scan.ANGLE:
             values = np.linspace(-np.pi, np.pi, round(share * ANGLES) + 1)[1:]
         case Scan.VALUES:
@@ -61,9 +63,9 @@ def _axis(schema: ParameterSchema, seen: Observation, joint: int, edge: float, s
     return [float(v) for v in values]
 
 
-def grid(candidate: Candidate, joint: int, bench: Workbench) -> list[tuple[float, ...]]:
+def grid(candidate: Candidate, joint: int, bench: Workbench, waves: float = WAVES) -> list[tuple[float, ...]]:
     """Values of the shape parameters to try; one empty tuple for effects without any."""
-    return list(product(*axes(candidate, joint, bench)))
+    return list(product(*axes(candidate, joint, bench, waves)))
 
 
 def room(schema: ParameterSchema, axis: Sequence[float], middle: float) -> tuple[float, float]:
@@ -87,9 +89,9 @@ def nudge(schema: ParameterSchema, value: float) -> float:
     return SLOPE_STEP * (abs(value) if schema.scan in POSITIVE else max(abs(value), 1.0, *schema.tried))
 
 
-def orders(seen: Observation, joint: int, edge: float) -> Array:
-    """Waves per turn that a recording can show: from two waves in the travel to what passes below the band's edge
-    at half of the samples. They are as fine as the travel can tell apart.
+def orders(seen: Observation, joint: int, edge: float, waves: float = WAVES) -> Array:
+    """Waves per turn that a recording can show: from ``waves`` in the travel to what passes below the band's edge at
+    half of the samples. They are as fine as the travel can tell apart.
     """
     usual = float(np.median(np.abs(seen.qd[:, joint])))
     highest = 2.0 * np.pi * edge / max(usual, 1e-9)
@@ -99,7 +101,7 @@ def orders(seen: Observation, joint: int, edge: float) -> Array:
     if len(moving):
         highest = min(highest, np.pi / max(float(np.median(moving)), 1e-12))
     travel = float(np.ptp(seen.q[:, joint])) / (2.0 * np.pi)
-    lowest = max(1.0, WAVES / max(travel, 1e-9))
+    lowest = max(1.0, waves / max(travel, 1e-9))
     step = 1.0 / (FINENESS * max(travel, 1.0 / FINENESS))
     return np.arange(np.ceil(lowest), min(max(highest, lowest + 1.0), lowest + MANY * step), step)
 
@@ -120,12 +122,16 @@ def periodogram(left: Array, angle: Array, speed: Array, tried: Array, edge: flo
 def screened(
     candidate: Candidate, values: list[tuple[float, ...]], left: Array, joint: int, bench: Workbench
 ) -> list[tuple[float, ...]]:
-    """Of many orders of an angle, those at the peaks of a periodogram of ``left`` (K,); everything of other scans."""
+    """Of many orders of an angle, those at the peaks of a periodogram of ``left`` (K,); everything of other scans.
+
+    Orders of fewer than two waves are all kept: the model's own gravity, beside which they stand, moves their peaks.
+    """
     if [s.scan for s in candidate.shapes] != [Scan.ANGLE_ORDER]:
         return values
     angle, speed = (bench.bring(a[:, [joint]])[:, 0] for a in (bench.observation.q, bench.observation.qd))
     power = periodogram(left, angle, speed, np.array([v[0] for v in values]), bench.edge)
-    return [values[i] for i in peaks(power)]
+    few = [v for v in values if v[0] * float(np.ptp(bench.observation.q[:, joint])) < 2.0 * np.pi * WAVES]
+    return list(dict.fromkeys((*few, *(values[i] for i in peaks(power)))))
 
 
 def peaks(power: Array) -> list[int]:

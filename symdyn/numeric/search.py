@@ -12,7 +12,7 @@ from scipy import optimize
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import RANK_TOLERANCE, likelier, log_loss
-from symdyn.numeric.scan import axes, grid, screened
+from symdyn.numeric.scan import WAVES, axes, grid, screened
 from symdyn.numeric.shape_space import ShapeSpace
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 
@@ -79,9 +79,9 @@ class Search:
         self._shares = [self._gram(self._basis[b], self._basis[b]) for b in self._blocks]
         self.errors = self._cross_validated(np.zeros((count, n, 0)))
 
-    def trial(self, candidate: Candidate) -> Trial:
-        """The candidate at the best values of its shape parameters."""
-        values = grid(candidate, self.laws.joint(candidate), self.laws.bench)
+    def trial(self, candidate: Candidate, waves: float = WAVES) -> Trial:
+        """The candidate at the best values of its shape parameters; ``waves`` that the travel must hold, at least."""
+        values = grid(candidate, self.laws.joint(candidate), self.laws.bench, waves)
         shapes = self._best_shapes(candidate, values) if candidate.shapes else ()
         return self.at(candidate, shapes, len(values))
 

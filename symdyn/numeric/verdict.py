@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from symdyn.numeric.findings import Errors, Finding, Remaining, Verdict
 
 EXPLAINED = 0.75  # of the structured mismatch's power that findings must tell for their names to be the answer
 HOLDS = 0.995  # the same where what is left follows a finding's own variable: its law holds but for 7 % of its size
 ALL = 1.0  # the same where the model's own parameters went where no data sheet is wrong: who explained it is open
-NEGLIGIBLE = 0.005  # of the effort, or of the motion: no sensor of a robot tells so little, whatever its structure
+NEGLIGIBLE = 0.001  # of the effort, or of the motion: no sensor of a robot tells so little, whatever its structure
 
 
 def that_matters(remaining: Remaining, findings: Sequence[Finding]) -> Remaining:
     """The same, without a structure that nobody would ask about; none is small beside what findings took off.
 
     The steps of an encoder take off nothing. An effort that a controller holds over each sample is told as a smooth one
-    to a thousandth; recordings without any noise show that, and all that a simulation rounds.
+    to a thousandth; recordings without any noise show that, and all that a simulation rounds..
     """
     took = any(f.heldout_gain > 0.0 for f in findings)
-    if took or not remaining.structured or math.sqrt(remaining.share) * remaining.heldout > NEGLIGIBLE:
+    if took or not remaining.structured or remaining.size > NEGLIGIBLE:
         return remaining
-    return replace(remaining, structured=False, share=0.0, variable=None)
+    return Remaining(remaining.heldout, False, 0.0, None, remaining.p_value)
 
 
 def verdict_of(

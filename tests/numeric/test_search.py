@@ -76,20 +76,62 @@ def test_periodogram_peaks_at_the_order_that_is_there() -> None:
     assert tried[peaks(power)[0]] == pytest.approx(37.3, abs=0.11)
 
 
-def test_ripple_of_a_high_order_is_found_where_friction_hid_it(robot: Robot) -> None:
-    """A harmonic drive has two waves per turn of its generator: an order no short grid holds."""
+@pytest.mark.parametrize("level", [0.5, 0.0])
+def test_ripple_of_a_high_order_is_found(robot: Robot, level: float) -> None:
+    """A harmonic drive has two waves per turn of its generator: an order no short grid holds.
+
+    Friction hides it; and where nothing else is missing, it is as even as noise in the band of the motion.
+    """
 
     def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
-        return 0.5 * np.sign(v) - 0.15 * np.sin(150 * q)
+        return level * np.sign(v) - 0.15 * np.sin(150 * q)
 
     found = diagnose(robot, record(1, missing), record(1 + HELDOUT, missing))
     assert found.verdict is Verdict.MISSING_PHYSICS
     effects = {f.effect: f for f in found.findings}
-    assert set(effects) == {"coulomb_friction", "torque_ripple"}
+    assert set(effects) == ({"coulomb_friction", "torque_ripple"} if level else {"torque_ripple"})
     order = effects["torque_ripple"].parameters["order"]
     assert order.value == pytest.approx(150.0, abs=0.2)
     amplitude = np.hypot(*(effects["torque_ripple"].parameters[name].value for name in ("sine", "cosine")))
     assert amplitude == pytest.approx(0.15, rel=0.05)
+
+
+def test_a_ripple_that_goes_round_once_takes_the_place_of_springs(robot: Robot) -> None:
+    """Six waves per turn in a travel of 1.5 rad: springs come first, then the wave; whether it repeats is open."""
+
+    def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return 0.3 * np.sign(v) + 0.4 * np.sin(6 * q + 0.6)
+
+    found = diagnose(robot, record(1, missing), record(1 + HELDOUT, missing))
+    assert {f.effect for f in found.findings} == {"coulomb_friction", "torque_ripple"}
+    ripple = found.findings[-1].parameters
+    assert ripple["order"].value == pytest.approx(6.0, abs=0.02)
+    for name, size in (("cosine", 0.4 * np.sin(0.6)), ("sine", 0.4 * np.cos(0.6))):
+        assert -ripple[name].value == pytest.approx(size, rel=0.01)
+    assert any("would show whether it repeats" in alarm for alarm in found.alarms)
+
+
+def test_part_of_a_wave_may_be_a_spring(robot: Robot) -> None:
+    """Over a third of a wave, a spring with more numbers does as well: which it is, the recording does not tell."""
+
+    def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return 0.3 * np.sin(1.6 * q + 0.4)
+
+    found = diagnose(robot, record(1, missing), record(1 + HELDOUT, missing))
+    assert found.verdict is Verdict.AMBIGUOUS
+    (spring,) = found.findings
+    assert {spring.effect, *(r.effect for r in spring.rivals)} == {"counterbalance_spring", "torque_ripple"}
+
+
+def test_a_spring_is_told_by_its_own_law(robot: Robot) -> None:
+    """And by none of more numbers that comes as near."""
+
+    def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return 1.5 * q
+
+    found = diagnose(robot, record(1, missing), record(1 + HELDOUT, missing))
+    assert [f.effect for f in found.findings] == ["linear_spring"]
+    assert found.verdict is Verdict.MISSING_PHYSICS
 
 
 @pytest.mark.slow

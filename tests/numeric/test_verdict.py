@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from symdyn.numeric.findings import Errors, Finding, Remaining, Rival, Verdict
@@ -49,11 +51,11 @@ def test_what_is_left_without_structure_counts_for_nothing() -> None:
 
 
 def test_a_trace_that_no_sensor_tells_is_no_structure_that_matters() -> None:
-    told = Remaining(0.0049, True, 1.0, "speed of arm", 1e-9)
-    assert that_matters(Remaining(0.0051, True, 1.0, "speed of arm", 1e-9), ()).structured
+    told = Remaining(0.0049, True, 0.1, "speed of arm", 1e-9, size=0.0009, place="arm")
+    assert that_matters(replace(told, size=0.0011), ()).structured
     assert that_matters(told, (SURE,)).structured  # it may be much, beside what the finding took off
     steps = Finding("encoder", "encoder resolution", "arm", {}, 0.0049, 0.0049, 0.0, ())
     for findings, verdict in (((), Verdict.COMPLETE), ((steps,), Verdict.MISSING_PHYSICS)):
         trace = that_matters(told, findings)
-        assert (trace.structured, trace.variable, trace.heldout) == (False, None, 0.0049)
+        assert (trace.structured, trace.variable, trace.place, trace.heldout) == (False, None, None, 0.0049)
         assert verdict_of(findings, trace, BEFORE, AFTER) is verdict

@@ -136,10 +136,10 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
     quiet = final.fit.bench.with_noise(noise.quiet)
     none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds)
     gain = none.loss - final.fit.loss
-    structured = bool(gain > WORTH and unlike_noise > SHARE)
-    return Remaining(
-        after.heldout, structured, unlike_noise if structured else 0.0, None, float(np.exp(-max(float(gain), 0.0)))
-    )
+    p_value = float(np.exp(-max(float(gain), 0.0)))
+    if not (gain > WORTH and unlike_noise > SHARE):
+        return Remaining(after.heldout, False, 0.0, None, p_value)
+    return Remaining(after.heldout, True, unlike_noise, None, p_value, math.sqrt(unlike_noise) * after.heldout)
 
 
 def _located(model: Model, given: Explanation, places: Sequence[Place]) -> tuple[Located, ...]:

@@ -70,7 +70,7 @@ class CounterbalanceSpring(Effect):
     source = "Herder 2001, Energy-free Systems"
     signature = "residual a wave of the position, one per turn"
     rivals = ("unbalance", "torsion_spring")
-    generalises = ("unbalance",)
+    generalises = ("unbalance", "linear_spring")  # the latter nearly, about a dead centre
     proposable = True
 
     def potential_energy(self, port: Port, p: Values) -> sp.Expr:

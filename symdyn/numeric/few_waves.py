@@ -1,0 +1,63 @@
+"""A ripple that goes round but once or twice in the travel, in place of laws of position that were found.
+
+Over so few waves nothing is seen to repeat, and any smooth force of position looks like part of a wave: such a ripple
+is not looked for. Where another law of position was found, a force of position is there, and the two compete.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.forward import first_that_earns
+from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.nested import exchanged, without
+from symdyn.numeric.scan import WAVES
+from symdyn.numeric.search import Search
+from symdyn.physics import catalogue
+from symdyn.physics.effect import Effect
+from symdyn.spec.effect_schema import Scan
+
+ONCE = 1.0  # wave that the travel must hold: of less it is open where the force turns
+
+
+def waves_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[Inquiry, bool]:
+    """A ripple of few waves takes the place of all laws of position at its joint where it explains more; and whether.
+
+    What is told is that nothing was seen to repeat.
+    """
+    swapped = False
+    for wave in inquiry.setting.proposed:
+        if not _is_wave(wave):
+            continue
+        less = [c for c, _ in inquiry.current.found if c.place == wave.place and _of_position(c.effect)]
+        if all(c.effect == wave.effect for c in less):  # none, or nothing but the ripple itself
+            continue
+        names = ", ".join(c.title for c in less)
+        progress(f"instead of {names} at {wave.place.address}: {wave.title} of few waves")
+        rest = without(inquiry, less)
+        search = Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
+        trial = search.trial(wave, ONCE)
+        step = first_that_earns(inquiry, [trial], rest)[0] if trial.gain > 0.0 and trial.admissible else None
+        if step is not None:
+            inquiry, swapped = exchanged(inquiry, less, rest, step[1]), True
+            inquiry = inquiry.noting(
+                f"{wave.label} took the place of {names}: the joint moves through few of its waves, and a motion over "
+                "more of them would show whether it repeats"
+            )
+    return inquiry, swapped
+
+
+def waves_of_rival(other: Candidate, found: Candidate) -> float:
+    """Waves that the travel must hold of a rival: a law of position with as many numbers may as well be part of one."""
+    alike = _is_wave(other) and other.place == found.place and _of_position(found.effect)
+    return 0.0 if alike and other.size <= found.size else WAVES
+
+
+def _is_wave(candidate: Candidate) -> bool:
+    return [s.scan for s in candidate.shapes] == [Scan.ANGLE_ORDER]
+
+
+def _of_position(effect: str) -> bool:
+    """Whether its force is that of a potential."""
+    return type(catalogue()[effect]).potential_energy is not Effect.potential_energy
