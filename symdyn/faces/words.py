@@ -60,13 +60,13 @@ def verdict_words(diagnosis: Diagnosis) -> str:
     """One sentence: what the model lacked."""
     if diagnosis.findings and diagnosis.verdict is Verdict.UNEXPLAINED:
         nearest = _joined([f"{f.title} at {f.place}" for f in diagnosis.findings], " and ")
-        return f"The model misses something {_kind(diagnosis)}, which no known effect explains; nearest is {nearest}."
+        return f"The model misses {_kind(diagnosis)}, which no known effect explains; nearest is {nearest}."
     if diagnosis.findings:
         unsure = any(f.rivals for f in diagnosis.findings)
         lacked = _joined([_lacked(f) for f in diagnosis.findings], ", and " if unsure else " and ")
         return f"The model lacked {lacked}{': these recordings do not tell which' if unsure else ''}."
     if diagnosis.remaining.structured:
-        return f"The model misses something {_kind(diagnosis)}, and no known effect explains it."
+        return f"The model misses {_kind(diagnosis)}, and no known effect explains it."
     return "These recordings show nothing that the model lacks."
 
 
@@ -82,10 +82,10 @@ def leftover_words(diagnosis: Diagnosis) -> str:
     """A caveat where effects were found and what is left still follows the motion; else nothing."""
     if not diagnosis.findings or not diagnosis.remaining.structured or diagnosis.verdict is Verdict.UNEXPLAINED:
         return ""
-    variable = diagnosis.remaining.variable
+    variable, where = diagnosis.remaining.variable, _where(diagnosis)
     if variable is None:
-        return "Part of what is left is no noise, but does not follow the motion."
-    return f"Part of what is left still follows the {variable}."
+        return f"Part of what is left{where} is no noise, but does not follow the motion."
+    return f"Part of what is left{where} still follows the {variable}."
 
 
 def located_words(located: Located) -> str:
@@ -175,7 +175,14 @@ def _exponent(x: float) -> int:
 
 def _kind(diagnosis: Diagnosis) -> str:
     variable = diagnosis.remaining.variable
-    return f"that follows the {variable}" if variable else "that is no noise and does not follow the motion"
+    kind = f"that follows the {variable}" if variable else "that is no noise and does not follow the motion"
+    return f"something{_where(diagnosis)} {kind}"
+
+
+def _where(diagnosis: Diagnosis) -> str:
+    """Of what is left: "at elbow"; nothing where no one place is known, or there is but one."""
+    place = diagnosis.remaining.place
+    return f" at {place}" if place and len(diagnosis.per_joint) > 1 else ""
 
 
 def _lacked(finding: Finding) -> str:

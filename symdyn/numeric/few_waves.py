@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.forward import first_that_earns
 from symdyn.numeric.inquiry import Inquiry
@@ -41,10 +43,10 @@ def waves_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[In
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.gain > 0.0 and trial.admissible else None
         if step is not None:
             inquiry, swapped = exchanged(inquiry, less, rest, step[1]), True
-            inquiry = inquiry.noting(
-                f"{wave.label} took the place of {names}: the joint moves through few of its waves, and a motion over "
-                "more of them would show whether it repeats"
-            )
+            joint = search.laws.joint(wave)
+            waves = trial.shapes[0] * float(np.ptp(search.laws.bench.observation.q[:, joint])) / (2.0 * np.pi)
+            told = f"{wave.label} took the place of {names}: the joint moves through {waves:.1f} of its waves"
+            inquiry = inquiry.noting(f"{told}, and a motion over more of them would show whether it repeats")
     return inquiry, swapped
 
 

@@ -44,21 +44,21 @@ def leftover(
     is known from outside the band. ``known`` is the part of the band in which the motion of every joint is seen:
     beyond, residuals lack what it does, and its noise.
     """
-    error = float(np.sqrt(np.mean(np.square(list(errors.values())))))
     single = [(j,) for j in range(len(variables))]
     pairs = list(combinations(range(len(variables)), 2))
+    told = []
     for subsets, bins in ((single, BINS), (pairs, BINS_OF_PAIR)):
         follows = _best(training, heldout, subsets, bins)
-        if follows.share > SHARE:
-            names = " and ".join(variables[j] for j in follows.variables)
-            return _at(follows, errors, error, names)
+        told.append(_at(follows, errors, " and ".join(variables[j] for j in follows.variables) or None))
+        if told[-1].structured:
+            return told[-1]
     levels = np.zeros(len(errors)) if floor is None else floor
     slow = [slow_share(heldout[0][:, [j]], per_band, levels[[j]], known) for j in range(len(errors))]
     joint = max(range(len(slow)), key=lambda j: slow[j])
     share, p_value = slow[joint][0], min(1.0, slow[joint][1] * len(slow))
     if share > SLOW_SHARE and p_value < LEVEL:
-        return _at(_Structure(joint, (), share, p_value), errors, error, None)
-    return Remaining(error, False, 0.0, None, 1.0)
+        return _at(_Structure(joint, (), share, p_value), errors, None)
+    return told[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +71,13 @@ class _Structure:
     p_value: float
 
 
-def _at(found: _Structure, errors: Mapping[str, float], error: float, variable: str | None) -> Remaining:
+def _at(found: _Structure, errors: Mapping[str, float], variable: str | None) -> Remaining:
     place, there = list(errors.items())[found.joint]
-    of_all = there**2 / max(len(errors) * error**2, 1e-300)
+    powers = np.square(list(errors.values()))
+    share = found.share * there**2 / max(float(powers.sum()), 1e-300)
     size = float(np.sqrt(found.share)) * there
-    return Remaining(error, True, found.share * of_all, variable, found.p_value, size, place)
+    known = place if found.share > 0.0 else None
+    return Remaining(float(np.sqrt(powers.mean())), found.share > SHARE, share, variable, found.p_value, size, known)
 
 
 def slow_share(residual: Array, per_band: float, floor: Array | None = None, known: float = 1.0) -> tuple[float, float]:

@@ -83,6 +83,9 @@ def test_missing_physics_in_one_sentence_and_a_number() -> None:
     assert verdict_sentence(replace(told, remaining=left)).endswith(
         "Part of what is left still follows the speed of shoulder."
     )
+    assert verdict_sentence(replace(told, remaining=replace(left, place="elbow"))).endswith(
+        "Part of what is left at elbow still follows the speed of shoulder."
+    )
 
 
 def test_rivals_are_said_in_the_sentence() -> None:

@@ -121,16 +121,17 @@ def remaining_text(diagnosis: Diagnosis) -> Markup:
     sentences = [f"On the held-out recording {percent(left.heldout)} of the {diagnosis.judged} stays unexplained."]
     sentences += [noise_words(diagnosis)] if diagnosis.noise_floor else []
     follows = f"the {left.variable}" if left.variable else "the motion"
+    where = f" at {left.place}" if left.place else ""
     if left.structured and left.variable is None:
         sentences.append(
-            f"It is no noise: {percent(left.share)} of its power is slow, where noise would be even "
+            f"It is no noise: {percent(left.share)} of its power{where} is slow, where noise would be even "
             f"({probability(left.p_value)}), but it does not follow position, speed or acceleration. Look for what "
             "changes with time, for disturbances from outside, and for physics with a memory."
         )
     elif left.structured:
         sentences.append(
-            f"It is structured: {percent(left.share)} of its power follows {follows} ({probability(left.p_value)}). "
-            "Look there for physics that symdyn does not know."
+            f"It is structured: {percent(left.share)} of its power{where} follows {follows} "
+            f"({probability(left.p_value)}). Look there for physics that symdyn does not know."
         )
     elif left.share > 0.0:
         sentences.append(
