@@ -215,7 +215,9 @@ def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], 
             continue
         gain, p_value = likelier(trial.errors, own.errors)
         # The shapes of both were fitted to these very samples: each number more is worth log(N) by that (Schwarz).
-        bought = gain * count < (own.candidate.size - other.size) * np.log(count)
+        # What the finding contains was held against it on other data (``simplified``).
+        contained = other.effect in catalogue()[finding.effect].generalises
+        bought = not contained and gain * count < (own.candidate.size - other.size) * np.log(count)
         if trial.admissible and trial.gain > 0 and (p_value > TIE or bought):
             if other.place.address == finding.place:
                 rivals.append(Rival(other.effect, other.place.address, p_value))
