@@ -25,6 +25,7 @@ from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
 from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
+from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.skew import (
@@ -208,16 +209,15 @@ def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], 
             continue
         if finding.effect in catalogue()[other.effect].generalises:
             continue  # the finding and more: it fits as well by being the same
-        trial = search.trial(other, waves_of_rival(other, mine[0][0]))
+        waves = waves_of_rival(other, mine[0][0])
+        trial = search.trial(other, waves)
         if len(other.shapes) > 1 and other.place.address == finding.place and trial.gain > 0:
             trial = search.polished(trial)
         if search.contains(trial, own):
             continue
         gain, p_value = likelier(trial.errors, own.errors)
         # The shapes of both were fitted to these very samples: each number more is worth log(N) by that (Schwarz).
-        # What the finding contains was held against it on other data (``simplified``).
-        contained = other.effect in catalogue()[finding.effect].generalises
-        bought = not contained and gain * count < (own.candidate.size - other.size) * np.log(count)
+        bought = waves < WAVES and gain * count < (own.candidate.size - other.size) * np.log(count)
         if trial.admissible and trial.gain > 0 and (p_value > TIE or bought):
             if other.place.address == finding.place:
                 rivals.append(Rival(other.effect, other.place.address, p_value))
