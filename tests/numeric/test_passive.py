@@ -93,6 +93,7 @@ def record(seed: int, dry: float = 0.0) -> Recording:
     return Recording(f"run {seed}", time, MappingProxyType(channels), STEP, (slice(0, COUNT),), (), "0" * 64)
 
 
+@pytest.mark.slow
 def test_a_force_that_is_held_over_each_sample_is_no_fault(robot: Robot) -> None:
     found = diagnose(robot, record(1), record(2))
     assert found.verdict is Verdict.COMPLETE

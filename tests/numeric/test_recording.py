@@ -310,6 +310,7 @@ def test_velocity_that_is_no_derivative_is_refused(
     assert told in str(problem)
 
 
+@pytest.mark.slow
 @given(scale=st.floats(1e-3, 1e3), sign=st.sampled_from([1, -1]), already=st.floats(0.1, 10.0))
 @settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]

@@ -114,7 +114,7 @@ def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float)
     assert declared(found.diagnosed)[1] == replace(Reading(), **{fault: pytest.approx(told.value, rel=1e-6)})
 
 
-@pytest.mark.parametrize("count", [1000, 100_000])
+@pytest.mark.parametrize("count", [pytest.param(1000, marks=pytest.mark.slow), 100_000])
 def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(count: int) -> None:
     """Steps of 2 pi / 1000 hide the noise of the torques; those of 2 pi / 100 000 are hidden by it."""
     step, runs = 2.0 * math.pi / count, []
@@ -251,6 +251,7 @@ def test_a_drive_that_gives_less_than_asked_is_named() -> None:
     assert found.findings[0].parameters["limit"].value == pytest.approx(limit, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_limit_is_fitted_again_beside_the_friction_that_is_found_after_it() -> None:
     found = diagnose(pendulum(), swung(1, 6.0, 0.8), swung(2, 6.0, 0.8))
     assert [f.effect for f in found.findings] == ["effort_saturation", "coulomb_friction"]

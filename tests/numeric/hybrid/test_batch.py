@@ -19,6 +19,7 @@ from .machines import COULOMB, SLIDER, SPRING, machine
 TIME = np.linspace(0.0, 0.2, 21)
 
 
+@pytest.mark.slow
 def test_sets_of_parameters_give_what_each_gives_alone_bit_by_bit() -> None:
     drive = seed_drive()
     spread = 1.0 + 0.2 * np.random.default_rng(1).uniform(-1.0, 1.0, (7, len(drive.kernel.parameters)))

@@ -43,6 +43,7 @@ def run(text: str, force: float, start: list[float], end: float = 6.0) -> np.nda
     return simulate_events(machine(text), time, signals, start=np.array(start), tolerance=1e-10).states
 
 
+@pytest.mark.slow
 def test_without_effort_it_is_coulomb_friction_and_more() -> None:
     """load + mu |load| = -F while moving up: as Coulomb's law with F / (1 - mu), moving and sticking."""
     found = run(SLIDER + SPRING + COULOMB + BY_LOAD, 0.0, [2.0, 0.0])
