@@ -317,6 +317,7 @@ def test_a_file_that_is_not_there_is_no_bad_recording(tmp_path: Path) -> None:
     assert done.out == ""
 
 
+@pytest.mark.slow
 def test_diagnose_without_holdout_and_with_several_runs(tmp_path: Path) -> None:
     model = tmp_path / "rod.toml"
     model.write_text(PENDULUM, encoding="utf-8")

@@ -117,6 +117,7 @@ def test_complete_model_of_the_arm_is_called_complete(robot: Robot, seed: int) -
         assert abs(estimate.value - truth) < max(4.0 * estimate.se, 0.02 * truth)
 
 
+@pytest.mark.slow
 def test_a_short_recording_does_not_stop_the_discovery(robot: Robot) -> None:
     """The model without the spring is fitted first, and needs more than Gauss-Newton to settle."""
     found = diagnose(robot, *(record("spring", "shoulder", seed, 4.0) for seed in (3, 3 + HELDOUT)))

@@ -88,6 +88,7 @@ def test_named_with_its_values(
     assert found.diagnosed.effects[-1].type == effect
 
 
+@pytest.mark.slow
 def test_a_model_that_holds_a_law_with_memory_is_diagnosed_again() -> None:
     """What a diagnosis wrote, another one reads: it finds nothing more, and fits the law's own numbers."""
     law = add_effect(TOML, "dahl_friction", "arm", {"stiffness": "9 N m/rad", "level": "0.5 N m"})

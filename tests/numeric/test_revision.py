@@ -197,6 +197,7 @@ def test_gravity_that_the_model_leaves_out_is_found() -> None:
     assert not found.remaining.structured
 
 
+@pytest.mark.slow
 def test_efforts_that_are_late_are_named_beside_gravity() -> None:
     runs = []
     for seed in (1, 2):

@@ -76,7 +76,7 @@ def test_periodogram_peaks_at_the_order_that_is_there() -> None:
     assert tried[peaks(power)[0]] == pytest.approx(37.3, abs=0.11)
 
 
-@pytest.mark.parametrize("level", [0.5, 0.0])
+@pytest.mark.parametrize("level", [pytest.param(0.5, marks=pytest.mark.slow), 0.0])
 def test_ripple_of_a_high_order_is_found(robot: Robot, level: float) -> None:
     """A harmonic drive has two waves per turn of its generator: an order no short grid holds.
 
@@ -123,6 +123,7 @@ def test_part_of_a_wave_may_be_a_spring(robot: Robot) -> None:
     assert {spring.effect, *(r.effect for r in spring.rivals)} == {"counterbalance_spring", "torque_ripple"}
 
 
+@pytest.mark.slow
 def test_a_spring_is_told_by_its_own_law(robot: Robot) -> None:
     """And by none of more numbers that comes as near."""
 

@@ -97,7 +97,13 @@ def test_every_element_of_the_seed_drive_is_named() -> None:
     assert set(book.lost) == {"axis1.flexspline"}
 
 
-@pytest.mark.parametrize("way", [simulate_affine, partial(simulate_general, tolerance=1e-11)], ids=["exact", "general"])
+@pytest.mark.parametrize(
+    "way",
+    [
+        pytest.param(simulate_affine, id="exact"),
+        pytest.param(partial(simulate_general, tolerance=1e-11), id="general", marks=pytest.mark.slow),
+    ],
+)
 def test_a_block_that_slides_to_rest_turns_force_times_distance_to_heat(way: partial) -> None:
     """It is pushed with 1 N against friction of 3 N until it sticks, and takes no energy from then on."""
     block = machine(SLIDER + COULOMB)
