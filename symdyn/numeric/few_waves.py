@@ -13,7 +13,7 @@ import numpy as np
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.forward import first_that_earns
 from symdyn.numeric.inquiry import Inquiry
-from symdyn.numeric.nested import exchanged, without
+from symdyn.numeric.nested import exchanged, explained_without
 from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import Search
 from symdyn.physics import catalogue
@@ -37,7 +37,7 @@ def waves_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[In
             continue
         names = ", ".join(c.title for c in less)
         progress(f"instead of {names} at {wave.place.address}: {wave.title} of few waves")
-        rest = without(inquiry, less)
+        rest = explained_without(inquiry, less)
         search = Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
         trial = search.trial(wave, ONCE)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.gain > 0.0 and trial.admissible else None

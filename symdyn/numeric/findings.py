@@ -160,7 +160,7 @@ class Remaining:
     share: float  # part of the held-out error's power that does
     variable: str | None  # what it follows most: "position of elbow"
     p_value: float
-    size: float = 0.0  # of the structured part, relative to the effort (or the motion) where it is
+    size: float  # of the structured part, relative to the effort (or the motion) where it is
     place: str | None = None  # whose equation it is left in; None where no single one tells
 
     def to_json(self) -> Json:

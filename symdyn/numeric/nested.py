@@ -31,7 +31,7 @@ def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
         if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
             continue
         progress(f"instead of {less[0][0].label}: {wider.title}")
-        rest = without(inquiry, [c for c, _ in less])
+        rest = explained_without(inquiry, [c for c, _ in less])
         trial = _tried(inquiry, rest, wider)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
         if step is not None:
@@ -46,7 +46,7 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
     for candidate, _ in inquiry.current.found:
         for simpler in _simpler(inquiry, candidate):
             progress(f"instead of {candidate.label}: {', '.join(c.title for c in simpler)}")
-            rest = without(inquiry, [candidate])
+            rest = explained_without(inquiry, [candidate])
             try:
                 after = _with(inquiry, rest, simpler)
             except NumericalError:
@@ -101,7 +101,7 @@ def _tried(inquiry: Inquiry, rest: Explanation, candidate: Candidate) -> Trial:
     return search.polished(trial) if len(candidate.shapes) > 1 else trial
 
 
-def without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanation:
+def explained_without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanation:
     """What explains the case without some of what was found."""
     found = tuple(item for item in inquiry.current.found if not any(item[0] is c for c in gone))
     return inquiry.case.explain(found, inquiry.current)

@@ -21,7 +21,7 @@ def that_matters(remaining: Remaining, findings: Sequence[Finding]) -> Remaining
     took = any(f.heldout_gain > 0.0 for f in findings)
     if took or not remaining.structured or remaining.size > NEGLIGIBLE:
         return remaining
-    return Remaining(remaining.heldout, False, 0.0, None, remaining.p_value)
+    return Remaining(remaining.heldout, False, 0.0, None, remaining.p_value, 0.0)
 
 
 def verdict_of(

@@ -101,7 +101,7 @@ def diagnosis(robot: Robot | None = None, *findings: Finding, samples: int = 600
         before=Errors(0.97 * before, before),
         after=Errors(0.97 * after, after),
         per_joint={"shoulder": Errors(errors[0], errors[0]), "elbow": Errors(errors[1], errors[1])},
-        remaining=Remaining(after, False, 0.0, None, 1.0),
+        remaining=Remaining(after, False, 0.0, None, 1.0, 0.0),
         alarms=("backlash at elbow fits the training data better, but not the held-out data",),
         band=10.4,
         training="identification.csv.gz",
@@ -116,7 +116,7 @@ def without_findings(verdict: Verdict) -> Diagnosis:
     """The model as given explains what can be explained."""
     plain = diagnosis()
     structured = verdict is Verdict.UNEXPLAINED
-    left = Remaining(0.071, structured, 0.62 if structured else 0.04, "position of elbow", 0.0003)
+    left = Remaining(0.071, structured, 0.62 if structured else 0.04, "position of elbow", 0.0003, 0.05)
     errors = Errors(0.069, 0.071)
     return replace(
         plain,

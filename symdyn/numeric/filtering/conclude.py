@@ -131,14 +131,14 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
     unlike_noise = beyond(after.heldout, floor.errors.heldout)
     noise = final.fit.bench.noise
     if len(noise.power) == noise.inputs:
-        return Remaining(after.heldout, False, 0.0, None, 1.0)
+        return Remaining(after.heldout, False, 0.0, None, 1.0, 0.0)
     rounds = ITERATIONS if unlike_noise > SHARE else ROUNDS  # the verdict does not hang on it
     quiet = final.fit.bench.with_noise(noise.quiet)
     none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds)
     gain = none.loss - final.fit.loss
     p_value = float(np.exp(-max(float(gain), 0.0)))
     if not (gain > WORTH and unlike_noise > SHARE):
-        return Remaining(after.heldout, False, 0.0, None, p_value)
+        return Remaining(after.heldout, False, 0.0, None, p_value, 0.0)
     return Remaining(after.heldout, True, unlike_noise, None, p_value, math.sqrt(unlike_noise) * after.heldout)
 
 
