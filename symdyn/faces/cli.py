@@ -292,6 +292,15 @@ def diagnose(
     ] = None,
     limits: Limits = None,
     duration: Duration = 20.0,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--hold",
+            metavar="NAME",
+            help="A parameter that the model is right about, and no fit moves ('*' stands for anything); repeatable. "
+            "With all of them held, what is found is what has changed since the model was fitted: a payload, say.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
@@ -300,7 +309,7 @@ def diagnose(
     chain = chain_of(base, tip, lock_others)
     code = recording_commands.diagnose(
         model, chain, recordings, holdout or [], channel_map, band, report, model_out, generate, json,
-        experiment, limits or [], duration,
+        experiment, limits or [], duration, hold or [],
     )  # fmt: skip
     if code:
         raise typer.Exit(code)

@@ -64,6 +64,7 @@ def diagnose(
     experiment: Path | None = None,
     limits: Sequence[str] = (),
     duration: float = 20.0,
+    hold: Sequence[str] = (),
 ) -> int:
     """Returns the exit code: 1 when something is left that no known effect explains, 3 for a bad recording."""
     from symdyn.numeric.diagnose import diagnose as run
@@ -80,7 +81,7 @@ def diagnose(
         for recording in (*training, *judges):
             print_warnings(recording.warnings)
         with status(json) as progress:
-            result = run(robot, training, judges or None, band=band, progress=progress)
+            result = run(robot, training, judges or None, band=band, hold=hold, progress=progress)
             if experiment is not None:
                 fitted, _ = training_and_heldout(training, judges or None)
                 result = add_experiment(result, fitted, limits, plan, experiment, progress)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import fnmatch
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from symdyn.base.errors import Problem, UsageError
+from symdyn.base.wording import did_you_mean, quoted
 from symdyn.physics import catalogue, load_dependent
 from symdyn.physics.effect import Effect
 from symdyn.spec.effect_schema import ParameterSchema, Scan
@@ -130,6 +133,23 @@ def fitted_parameters(robot: Robot, scaled: bool = True) -> tuple[str, ...]:
     names = {name for monomial in moving for name, _ in monomial.factors}
     names -= {name for monomial in fixed for name, _ in monomial.factors}
     return tuple(p.name for p in robot.parameters if p.name in names)
+
+
+def held_parameters(robot: Robot, patterns: Sequence[str]) -> frozenset[str]:
+    """Those of a fit that it shall not move, by name; ``*`` stands for anything.
+
+    UsageError (SD010) for a pattern that means none.
+    """
+    names, held = fitted_parameters(robot), set()
+    for pattern in patterns:
+        meant = fnmatch.filter(names, pattern)
+        if not meant:
+            hint = did_you_mean(pattern, names, "parameters that a fit moves")
+            raise UsageError(
+                Problem("SD010", f"no fit of '{robot.name}' moves a parameter {quoted(pattern)}", hint=hint)
+            )
+        held.update(meant)
+    return frozenset(held)
 
 
 def bounds(robot: Robot) -> dict[str, tuple[float, float]]:

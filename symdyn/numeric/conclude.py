@@ -144,8 +144,11 @@ def _traces(
     """Of all that was held out: where a joint stands, too, though nothing is counted there."""
     judge = final[0]
     o = judge.observation
-    effort = judge.bring(o.tau)
-    before, after = (effort - bench.bring(bench.raw_residual(p)) for bench, p in (given, final))
+    effort = judge.bring(o.tau) * o.shown
+    before, after = (
+        bench.bring(bench.observation.tau - bench.raw_residual(p)) * bench.observation.shown
+        for bench, p in (given, final)
+    )
     return Traces(
         time=judge.bring(o.time[:, None])[:, 0],
         q=judge.bring(o.q),

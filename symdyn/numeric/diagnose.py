@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from symdyn.base.errors import InputError
+from symdyn.base.errors import InputError, Problem, UsageError
+from symdyn.numeric.candidates import held_parameters
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, ready
@@ -53,31 +54,43 @@ def diagnose(
     heldout: Runs | None = None,
     *,
     band: float | None = None,
+    hold: Sequence[str] = (),
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
     """Explain what the model lacks.
 
     Effects are chosen on ``training`` alone, by blocked cross-validation; ``heldout`` judges each
     one. Either is a recording or several; without ``heldout``, blocks of the training recordings judge
-    (``runs.split``). ``band`` in Hz fixes the analysis band (None: found from the residual).
+    (``runs.split``). ``band`` in Hz fixes the analysis band (None: found from the residual). Parameters whose
+    names fit one of the patterns ``hold`` are not fitted (``"*"``: none is); the model is right about them.
 
     Raises InputError when the recordings do not measure what the model's equations need, or do not go
     together; BadRecording when their mismatch is that of a recording, not of a machine; NumericalError
-    when the model as given cannot be fitted.
+    when the model as given cannot be fitted; UsageError (SD010) for a pattern that names no parameter, and where
+    joints are hidden, of which a filter fits all.
     """
+    held = held_parameters(robot, hold)
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
         if has_hidden_parts(robot, fitted):
             from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
+            if held:
+                message = f"parameters of '{robot.name}' cannot be held: the recording leaves parts of it hidden"
+                raise UsageError(Problem("SD010", message))
             return diagnose_hidden(robot, fitted, judge, progress)
-        return _diagnose(robot, fitted, judge, band, progress)
+        return _diagnose(robot, fitted, judge, band, held, progress)
 
 
 def _diagnose(
-    robot: Robot, training: Recording, heldout: Recording, band: float | None, progress: Progress
+    robot: Robot,
+    training: Recording,
+    heldout: Recording,
+    band: float | None,
+    held_fast: frozenset[str],
+    progress: Progress,
 ) -> Diagnosis:
-    setting = prepare(robot, training, heldout, progress)
+    setting = prepare(robot, training, heldout, progress, held_fast)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     inquiry = held(Inquiry(setting, case, given, setting, case, given))

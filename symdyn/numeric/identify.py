@@ -15,6 +15,7 @@ from symdyn.numeric.candidates import bounds, fitted_parameters
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.observation import observe
+from symdyn.numeric.readings import declared, read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
@@ -78,12 +79,13 @@ def fitted(
     """The fit itself. Raises as ``identify`` does."""
     progress(f"deriving and compiling {robot.name}")
     kernel = compile_robot(robot).kernel()
-    wide = Workbench(kernel, observe(robot, kernel, recording))
+    wide = Workbench(kernel, read(observe(robot, kernel, recording), declared(robot)))
     values = kernel.values
     names = [n for n in fitted_parameters(robot) if np.any(wide.columns(values, [n]))]
     seen = wide.observation
     start = fit(wide, values, names, joint_weight(seen.tau, seen.tau), bounds(robot))
     chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
-    bench = Workbench(kernel, observe(robot, kernel, recording, 5.0 * chosen.cutoff), chosen)
+    seen = read(observe(robot, kernel, recording, 5.0 * chosen.cutoff), declared(robot))
+    bench = Workbench(kernel, seen, chosen)
     weight = joint_weight(bench.residual(start.p), bench.effort)
     return Fitted(bench, fit(bench, values, names, weight, bounds(robot)), weight)

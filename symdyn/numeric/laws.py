@@ -63,7 +63,7 @@ class Laws:
         for unit in np.eye(len(candidate.linear)):
             values = candidate.values(unit.tolist(), shapes)
             forces.append(probe.force(candidate.effect, values, self.bench.observation, joint, load))
-        return np.asarray(self.bench.bring(np.stack(forces, axis=1)) * self.bench.moving[:, [joint]])
+        return np.asarray(self.bench.bring(np.stack(forces, axis=1)) * self.bench.counted[:, [joint]])
 
     def room(self, candidate: Candidate, scanned: Sequence[float]) -> list[tuple[float, float]]:
         """Between which a fit may move each shape parameter."""

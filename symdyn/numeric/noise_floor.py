@@ -27,7 +27,7 @@ def noise_density(bench: Workbench, p: Array) -> Array:
     that filters shows less there than it has in the band: then this is a lower bound.
     """
     o = bench.observation
-    residual = bench.raw_residual(p)
+    residual = bench.raw_residual(p) * o.shown
     longest = max(o.segments, key=lambda part: part.stop - part.start)
     length = min(longest.stop - longest.start, 1024)
     frequency, power = signal.welch(residual[longest], o.rate, nperseg=length, axis=0, detrend="constant")

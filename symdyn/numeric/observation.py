@@ -13,6 +13,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.memory import driven_states
 from symdyn.numeric.recording import Recording
+from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Quantity, Robot
 
 Array = NDArray[np.float64]
@@ -35,6 +36,7 @@ class Observation:
     cutoff: float  # Hz: positions were low-passed there before they were differentiated
     measured: Array  # (N, n) positions before that
     below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
+    factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
 
     @property
     def rate(self) -> float:
@@ -45,6 +47,11 @@ class Observation:
         """(n,) Hz: below which each joint's motion is known."""
         whole = np.full(self.q.shape[1], self.cutoff)
         return whole if self.below is None else np.minimum(whole, np.array(self.below))
+
+    @property
+    def shown(self) -> Array:
+        """(n,) what a sensor shows of a unit of effort. Its noise is as it is, whatever that is."""
+        return np.ones(self.tau.shape[1]) if self.factor is None else 1.0 / self.factor
 
 
 def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | None = None) -> Observation:
@@ -72,7 +79,10 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
 
 
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:
-    """(N, n) effort at the joints: a measured effort, or the actuator's input times its gain."""
+    """(N, n) effort at the joints: a measured effort, or the actuator's input times its gain.
+
+    An ``effort_gain`` is not in it: that is how a recording is read (``readings``), whichever way it was made.
+    """
     n, count = len(robot.joints), len(recording.time)
     driven_joints = [joint.name for joint in robot.joints if not joint.passive]
     inputs = np.zeros((count, len(driven_joints)))
@@ -92,8 +102,15 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
             raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
         inputs[:, driven_joints.index(joint.name)] = recording.channel(wanted, joint.name)
     states = np.zeros((count, len(kernel.states)))
-    driven = kernel.actuation_p_batch(states, inputs, kernel.values)
+    driven = kernel.actuation_p_batch(states, inputs, kernel.values) / _gains(robot)
     return np.where(np.isnan(direct), driven, direct)
+
+
+def _gains(robot: Robot) -> Array:
+    """(n,) product of the ``effort_gain`` of each joint."""
+    numbers = {p.name: p.value for p in robot.parameters}
+    told = {e.at: dict(e.values)["gain"] for e in robot.effects if e.type == "effort_gain"}
+    return np.array([(value_of(told[j.name], numbers) or 1.0) if j.name in told else 1.0 for j in robot.joints])
 
 
 def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) -> float:

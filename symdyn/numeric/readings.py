@@ -14,25 +14,34 @@ from symdyn.numeric.observation import Observation, smoothed
 from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 
-READERS = {"encoder": ("gain", "offset"), "effort_saturation": ("limit",)}  # effects, and what a reading has of them
+READERS = {  # effects: their parameters, and what a reading calls them
+    "encoder": {"gain": "gain", "offset": "offset"},
+    "effort_gain": {"gain": "effort_gain"},
+    "effort_saturation": {"limit": "limit"},
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """Of one joint: position shown = ``gain`` * position + ``offset``; no more effort was given than ``limit``."""
+    """Of one joint: position shown = ``gain`` * position + ``offset``.
+
+    ``effort_gain`` times the effort shown was given, and no more than ``limit``.
+    """
 
     gain: float = 1.0
     offset: float = 0.0
     limit: float = math.inf
     motion: float = math.inf  # Hz: where its motion sinks into the encoder's steps; positions are smoothed below that
     late: float = 0.0  # s: its effort was recorded that much later than its motion
+    effort_gain: float = 1.0
 
 
 def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
     """The motion and efforts behind what was shown; ``readings`` joint by joint."""
     if all(reading == Reading() for reading in readings):
         return seen
-    gain, offset, limit = (np.array([getattr(r, name) for r in readings]) for name in ("gain", "offset", "limit"))
+    names = ("gain", "offset", "effort_gain", "limit")
+    gain, offset, factor, limit = (np.array([getattr(r, name) for r in readings]) for name in names)
     seen = _smoothed(seen, readings)
     return replace(
         seen,
@@ -40,7 +49,8 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
         qd=seen.qd / gain,
         qdd=seen.qdd / gain,
         measured=(seen.measured - offset) / gain,
-        tau=np.clip(_advanced(seen, readings), -limit, limit),
+        tau=np.clip(factor * _advanced(seen, readings), -limit, limit),
+        factor=None if np.all(factor == 1.0) else factor,
     )
 
 
@@ -74,7 +84,8 @@ def declared(robot: Robot) -> tuple[Reading, ...]:
     for joint in robot.joints:
         told: dict[str, float] = {}
         for effect in robot.effects:
-            if effect.at == joint.name and effect.type in READERS:
-                told |= {name: value_of(m, numbers) or 0.0 for name, m in effect.values if name in READERS[effect.type]}
+            if effect.at == joint.name:
+                fields = READERS.get(effect.type, {})
+                told |= {fields[name]: value_of(m, numbers) or 0.0 for name, m in effect.values if name in fields}
         found.append(Reading(**told))
     return tuple(found)

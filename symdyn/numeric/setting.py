@@ -107,13 +107,20 @@ class Setting:
         return Laws(self.probes, bench, self.joints, frictions(self.robot))
 
 
-def prepare(robot: Robot, training: Recording, heldout: Recording, progress: Callable[[str], None]) -> Setting:
-    """Derive, compile, observe."""
+def prepare(
+    robot: Robot,
+    training: Recording,
+    heldout: Recording,
+    progress: Callable[[str], None],
+    held: frozenset[str] = frozenset(),
+) -> Setting:
+    """Derive, compile, observe. Parameters ``held`` stay as the model gives them."""
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
     kernel = compile_robot(robot).kernel()
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
-    own = own_parameters(robot, Workbench(kernel, read(seen, readings)))
+    fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))
+    own = tuple(name for name in fitted if name not in held)
     known = probes((*proposed, *(friction.law for friction in frictions(robot))))
     return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)
 

@@ -12,8 +12,8 @@ from symdyn.numeric.explanation import LEVEL, Case, Explanation, heldout_gain
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.free_form import FreeForm, fitted_of
 from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.misread import NEAR, ROUNDS
 from symdyn.numeric.regression import encompassing, fit_linear
-from symdyn.numeric.revision import NEAR, ROUNDS
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -157,4 +157,4 @@ def _derivative(workbench: Workbench) -> Array:
     slope = np.zeros_like(o.tau)
     for part in o.segments:
         slope[part] = np.gradient(o.tau[part], o.time[part], axis=0)
-    return np.asarray(workbench.bring(slope) * workbench.moving)
+    return np.asarray(workbench.bring(slope) * workbench.counted)

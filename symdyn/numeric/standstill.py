@@ -36,4 +36,4 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
         distance = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
         dry = near[:, j] & (high - low > JUMP * float(np.max(np.abs(bench.reference[:, j]), initial=0.0)))
         residual[dry, j] = distance[dry]
-    return np.where(bench.turning & (bench.moving == 0.0), 0.0, residual)
+    return np.where(bench.turning & (bench.counted == 0.0), 0.0, residual * o.shown)

@@ -25,7 +25,8 @@ class Workbench:
     """Evaluates the kernel on a recording; parameter vectors are those of its robot.
 
     Where a joint stands, or turns faster than its motion is known, nothing of its own equation is counted (residuals
-    and columns are zero there), unless ``planned`` motion is looked at.
+    and columns are zero there), unless ``planned`` motion is looked at. All that is in the analysis band is in units of
+    efforts as they were shown: in those of the efforts that act, a sensor's gain of zero would leave no error.
     """
 
     def __init__(
@@ -39,8 +40,8 @@ class Workbench:
         self.turning = turning(o, band.cutoff if band else None, self.bring)  # (K, n)
         standing = touched(o, self.bring) | self.turning
         judged = ~standing | (np.mean(standing, axis=0) > MOSTLY) | planned
-        self.moving: Array = judged.astype(float)  # (K, n) 0 where a joint stands: dry friction may be anything there
-        self.effort: Array = self.bring(o.tau) * self.moving
+        self.counted: Array = judged * o.shown  # (K, n) 0 where a joint stands: dry friction may be anything there
+        self.effort: Array = self.bring(o.tau) * self.counted
         self.reference = self._reference()  # (K, n) what errors are compared with
         self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
         self._spans: dict[tuple[str, ...], tuple[Span, Array]] = {}
@@ -64,7 +65,7 @@ class Workbench:
         rest, p = np.zeros_like(q), self.kernel.values
         inertial = self.kernel.inverse_dynamics_p_batch(q, rest, qdd, p)
         inertial = inertial - self.kernel.inverse_dynamics_p_batch(q, rest, rest, p)
-        return np.asarray(np.where(idle, self.bring(inertial) * self.moving, self.effort))
+        return np.asarray(np.where(idle, self.bring(inertial) * self.counted, self.effort))
 
     def raw_residual(self, p: Array, speed: Array | None = None) -> Array:
         """(N, n) measured effort less inverse dynamics, over the full band; ``speed`` (N, n) instead of the measured.
@@ -79,7 +80,7 @@ class Workbench:
 
     def residual(self, p: Array) -> Array:
         """(K, n) the same in the analysis band, where the joints move."""
-        return np.asarray(self.bring(self.raw_residual(p)) * self.moving)
+        return np.asarray(self.bring(self.raw_residual(p)) * self.counted)
 
     def columns(self, p: Array, names: Sequence[str]) -> Array:
         """(K, n, k) d inverse dynamics / d parameter, in the analysis band."""
@@ -87,7 +88,7 @@ class Workbench:
         chosen = np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]])
         for i in [i for i, name in enumerate(names) if name in self._lasting]:
             chosen[:, :, i] -= self._slope_of_memory(p, self.index[names[i]])
-        return np.asarray(self.bring(chosen) * self.moving[:, :, None])
+        return np.asarray(self.bring(chosen) * self.counted[:, :, None])
 
     @cached_property
     def _lasting(self) -> frozenset[str]:
@@ -118,7 +119,7 @@ class Workbench:
                 if mine:
                     jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
                     raw[:, :, mine] = jacobian[:, :, [self.index[key[span.sources[i][1]]] for i in mine]]
-            self._spans[key] = span, self.bring(raw) * self.moving[:, :, None]
+            self._spans[key] = span, self.bring(raw) * self.counted[:, :, None]
         return self._spans[key]
 
     def fitted(self, p: Array, names: Sequence[str]) -> tuple[Array, Array]:
