@@ -138,7 +138,8 @@ def test_every_effect_by_balance_and_by_lagrange(identifier: str, address: str) 
     values = tuple((p.name, letter(p.name)) for p in effect.parameters)
     slack = EffectSpec("backlash", "arm.belt", (("clearance", letter("S")),))
     effects = (EffectSpec(identifier, address, values), *(() if identifier == "backlash" else (slack,)))
-    drive = replace(BELT, motor=None) if identifier == "effort_saturation" else BELT  # whose motor drives the joint
+    undriven = identifier in ("effort_gain", "effort_saturation")
+    drive = replace(BELT, motor=None) if undriven else BELT  # whose motor drives the joint
     assert_routes_agree(driven(drive, effects))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.compiler import robot_from_text
-from symdyn.physics import catalogue
+from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.places import places
 from symdyn.spec.records import Place, Robot
@@ -56,8 +56,10 @@ def blocks() -> Iterator[str]:
     robot = robot_from_text(BARE, "bare")
     for k, (identifier, effect) in enumerate(catalogue().items()):
         fitting = [p for p in places(robot) if p.kind in effect.attaches_to and p.motion in effect.motions]
-        if identifier == "effort_saturation":
+        if identifier in ("effort_gain", "effort_saturation"):
             fitting = [place for place in fitting if place.address == "slides"]  # which has no motor
+        if identifier in load_dependent():
+            fitting = [place for place in fitting if "." in place.address]  # the load of a joint is no law of its port
         if identifier != "dc_motor":
             yield block(identifier, fitting[k % len(fitting)])
 
