@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.conditions import Condition
 from symdyn.numeric.explanation import Case, Explanation
-from symdyn.numeric.regression import RANK_TOLERANCE
+from symdyn.numeric.regression import RANK_TOLERANCE, flat
 
 Array = NDArray[np.float64]
 
@@ -40,10 +40,10 @@ class FreeForm:
         self._training, self._heldout = (
             columns * fitted.weight[:, None] for columns in (fitted.training, fitted.heldout)
         )
-        flat = self._training.reshape(-1, self._training.shape[2])
-        size = np.linalg.norm(flat, axis=0)
+        design = flat(self._training)
+        size = np.linalg.norm(design, axis=0)
         scale = np.where(size > 0.0, size, 1.0)
-        u, s, vt = np.linalg.svd(flat / scale, full_matrices=False)
+        u, s, vt = np.linalg.svd(design / scale, full_matrices=False)
         keep = s > RANK_TOLERANCE * s.max(initial=0.0)
         # (k, K, n): what a unit of effort at each sample does to the parameters
         inverse = (vt[keep].T / s[keep]) @ u[:, keep].T / scale[:, None]

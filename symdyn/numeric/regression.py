@@ -47,7 +47,7 @@ def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, uppe
     if np.all(solution.estimate >= lower) and np.all(solution.estimate <= upper):
         return solution.estimate
     k = columns.shape[2]
-    scaled = columns.reshape(-1, k) * size
+    scaled = flat(columns) * size
     triangle = _triangle(scaled, target)
     # A whisper of a pull to zero keeps what the data do not tell in place.
     whisper = RANK_TOLERANCE * np.linalg.norm(scaled) * np.eye(k)
@@ -74,9 +74,14 @@ def fit_linear(columns: Array, target: Array) -> LinearFit:
     return LinearFit(solution.estimate, covariance, solution.identifiable)
 
 
+def flat(columns: Array) -> Array:
+    """(K, n, k) as (K n, k), where there are none, too."""
+    return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
+
+
 def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solution:
     k = columns.shape[2]
-    design = columns.reshape(-1, k)
+    design = flat(columns)
     length = np.linalg.norm(design, axis=0)
     scale = np.where(length > 0, length, 1.0)
     # The triangular factor has the singular values of the design and is k x k.

@@ -11,7 +11,7 @@ from scipy import optimize
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.regression import RANK_TOLERANCE, likelier, log_loss
+from symdyn.numeric.regression import RANK_TOLERANCE, flat, likelier, log_loss
 from symdyn.numeric.scan import WAVES, axes, grid, screened
 from symdyn.numeric.shape_space import ShapeSpace
 from symdyn.spec.effect_schema import ParameterSchema, Scan
@@ -70,8 +70,8 @@ class Search:
         self.target = residual * weight
         count, n = self.target.shape
         self._blocks = [slice(int(b[0]), int(b[-1]) + 1) for b in np.array_split(np.arange(count), FOLDS) if len(b)]
-        flat = (design * weight[:, None]).reshape(count * n, -1)
-        u, size, _ = np.linalg.svd(flat / (np.linalg.norm(flat, axis=0) + 1e-300), full_matrices=False)
+        given = flat(design * weight[:, None])
+        u, size, _ = np.linalg.svd(given / (np.linalg.norm(given, axis=0) + 1e-300), full_matrices=False)
         basis = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
         self._basis = basis.reshape(count, n, -1)
         self._left = (self.target.reshape(-1) - basis @ (basis.T @ self.target.reshape(-1))).reshape(count, n)
@@ -108,8 +108,8 @@ class Search:
         """(K n,) what the best size of this shape leaves, on all training data."""
         basis = self._orthonormal(self._columns(candidate, shapes), self.laws.joint(candidate))
         left = self._left.reshape(-1)
-        flat = basis.reshape(len(left), -1)  # of no columns, where the model's own take this shape up
-        return np.asarray(left - flat @ (flat.T @ left))
+        made = flat(basis)  # of no columns, where the model's own take this shape up
+        return np.asarray(left - made @ (made.T @ left))
 
     def errors_beside(self, laws: Sequence[Candidate]) -> Array:
         """(K, n) cross-validated errors with several laws without a shape, all at one place."""
@@ -118,11 +118,9 @@ class Search:
 
     def errors_with(self, columns: Array) -> Array:
         """(K, n) cross-validated errors with columns (K, n, k) that act at all joints, unweighted."""
-        flat = (columns * self.weight[:, None]).reshape(-1, columns.shape[2])
-        basis = self._basis.reshape(len(flat), -1)
-        return self._cross_validated(
-            _orthonormal(flat - basis @ (basis.T @ flat), flat).reshape(*columns.shape[:2], -1)
-        )
+        added, basis = flat(columns * self.weight[:, None]), flat(self._basis)
+        apart = _orthonormal(added - basis @ (basis.T @ added), added)
+        return self._cross_validated(apart.reshape(*columns.shape[:2], -1))
 
     def contains(self, larger: Trial, smaller: Trial) -> bool:
         """Whether one candidate's law is the other's with more freedom, on this recording."""
@@ -191,9 +189,9 @@ class Search:
 
     def _solve(self, columns: Array, joint: int) -> Array:
         apart = self._apart(columns, joint)
-        flat = apart.reshape(-1, apart.shape[2])
+        alone = flat(apart)
         size = np.linalg.norm(columns, axis=0) + 1e-300
-        return np.asarray(np.linalg.lstsq(flat / size, self._left.reshape(-1), rcond=RANK_TOLERANCE)[0] / size)
+        return np.asarray(np.linalg.lstsq(alone / size, self._left.reshape(-1), rcond=RANK_TOLERANCE)[0] / size)
 
     @staticmethod
     def _gram(a: Array, b: Array) -> Array:
