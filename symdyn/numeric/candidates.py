@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import fnmatch
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from itertools import product
 
 from symdyn.base.errors import Problem, UsageError
@@ -142,7 +142,7 @@ def held_parameters(robot: Robot, patterns: Sequence[str]) -> frozenset[str]:
     """
     names, held = fitted_parameters(robot), set()
     for pattern in patterns:
-        meant = fnmatch.filter(names, pattern)
+        meant = [name for name in names if fnmatchcase(name, pattern)]
         if not meant:
             hint = did_you_mean(pattern, names, "parameters that a fit moves")
             raise UsageError(

@@ -69,17 +69,17 @@ def diagnose(
     when the model as given cannot be fitted; UsageError (SD010) for a pattern that names no parameter, and where
     joints are hidden, of which a filter fits all.
     """
-    held = held_parameters(robot, hold)
+    fixed = held_parameters(robot, hold)
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
         if has_hidden_parts(robot, fitted):
             from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
-            if held:
+            if fixed:
                 message = f"parameters of '{robot.name}' cannot be held: the recording leaves parts of it hidden"
                 raise UsageError(Problem("SD010", message))
             return diagnose_hidden(robot, fitted, judge, progress)
-        return _diagnose(robot, fitted, judge, band, held, progress)
+        return _diagnose(robot, fitted, judge, band, fixed, progress)
 
 
 def _diagnose(
@@ -87,10 +87,10 @@ def _diagnose(
     training: Recording,
     heldout: Recording,
     band: float | None,
-    held_fast: frozenset[str],
+    fixed: frozenset[str],
     progress: Progress,
 ) -> Diagnosis:
-    setting = prepare(robot, training, heldout, progress, held_fast)
+    setting = prepare(robot, training, heldout, progress, fixed)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     inquiry = held(Inquiry(setting, case, given, setting, case, given))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -25,12 +26,11 @@ Array = NDArray[np.float64]
 GRAVITY, PAYLOAD = "gravity", "payload"
 AXES = ("x", "y", "z")
 COM = tuple(f"com_{axis}" for axis in AXES)
-COM_UNITS = tuple((name, "m") for name in COM)
 LEAST_MASS = 0.01  # of the link that carries it: a search for a payload begins at no less
 
 
 class Numbers(Protocol):
-    """What is told of them; values by the names that a finding has for them."""
+    """What is told of them, by the names that a finding has for them."""
 
     @property
     def effect(self) -> str: ...
@@ -41,8 +41,8 @@ class Numbers(Protocol):
     @property
     def title(self) -> str: ...
 
-    def written(self, robot: Robot, values: Mapping[str, float]) -> str:
-        """The robot's text with them; those without a value are a speck, or what they are already."""
+    def written(self, robot: Robot) -> str:
+        """The robot's text with them, none of them zero: a zero would be no parameter."""
 
     def names(self, freed: Robot) -> dict[str, str]:
         """The parameters that they are in a robot that has them."""
@@ -51,8 +51,8 @@ class Numbers(Protocol):
     def unit(self) -> Mapping[str, float]:
         """Values at which what follows from them is linear, if it is not so everywhere."""
 
-    def started(self, robot: Robot, step: Array) -> dict[str, float]:
-        """Where a fit begins, by what a linear one finds."""
+    def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
+        """Where a fit begins, if not at what is written, by what a linear one finds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +63,9 @@ class GravityVector:
     place: str = "base"
     title: str = "gravity"
 
-    def written(self, robot: Robot, values: Mapping[str, float]) -> str:
+    def written(self, robot: Robot) -> str:
         numbers = {p.name: p.value for p in robot.parameters}
-        given = [value_of(m, numbers) or SPECK for m in robot.gravity]
-        return set_gravity(robot.text, [values.get(axis, old) or SPECK for axis, old in zip(AXES, given, strict=True)])
+        return set_gravity(robot.text, [value_of(m, numbers) or SPECK for m in robot.gravity])
 
     def names(self, freed: Robot) -> dict[str, str]:
         return {axis: m.factors[0][0] for axis, m in zip(AXES, freed.gravity, strict=True)}
@@ -75,7 +74,7 @@ class GravityVector:
     def unit(self) -> Mapping[str, float]:
         return {}  # they do so everywhere
 
-    def started(self, robot: Robot, step: Array) -> dict[str, float]:
+    def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
         return {}
 
 
@@ -87,9 +86,8 @@ class PointPayload:
     effect: str = PAYLOAD
     title: str = PAYLOAD
 
-    def written(self, robot: Robot, values: Mapping[str, float]) -> str:
-        told = {name: f"{values.get(name) or SPECK!r} {unit}" for name, unit in (("mass", "kg"), *COM_UNITS)}
-        return add_effect(robot.text, PAYLOAD, self.place, told)
+    def written(self, robot: Robot) -> str:
+        return add_effect(robot.text, PAYLOAD, self.place, {"mass": "1 kg"} | dict.fromkeys(COM, "0.1 m"))
 
     def names(self, freed: Robot) -> dict[str, str]:
         block = next(e for e in freed.effects if (e.type, e.at) == (PAYLOAD, self.place))
@@ -99,7 +97,7 @@ class PointPayload:
     def unit(self) -> Mapping[str, float]:
         return {"mass": 1.0} | dict.fromkeys(COM, 0.0)
 
-    def started(self, robot: Robot, step: Array) -> dict[str, float]:
+    def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
         numbers = {p.name: p.value for p in robot.parameters}
         link = next(joint.link for joint in robot.joints if joint.name == self.place)
         mass = max(float(step[0]), LEAST_MASS * (value_of(link.mass, numbers) or 1.0))
@@ -115,7 +113,7 @@ class Freed:
     """One of them, as a hypothesis."""
 
     numbers: Numbers
-    _settings: dict[str, Setting] = field(default_factory=dict)  # by the text of the robot that lacks them
+    _settings: dict[str, Setting]  # with them, by the text of the robot that lacks them
 
     @property
     def key(self) -> tuple[str, str]:
@@ -126,60 +124,67 @@ class Freed:
         return f"{self.numbers.title} at {self.numbers.place}"
 
     def columns(self, inquiry: Inquiry) -> list[Array]:
-        setting = self._settings.get(inquiry.setting.robot.text)
-        if setting is None:
-            setting = given_numbers(inquiry.setting, self.numbers, {})
-            self._settings[inquiry.setting.robot.text] = setting
-        names, old = self.numbers.names(setting.robot), inquiry.case.bench
+        setting = self._setting(inquiry.setting)
+        old, names = inquiry.case.bench, self.numbers.names(setting.robot)
         bench = Workbench(setting.kernel, old.observation, old.band)
-        p = setting.kernel.values
-        for name, i in bench.index.items():
-            if name in old.index and name not in names.values():
-                p[i] = inquiry.current.fit.p[old.index[name]]
-        for told, value in self.numbers.unit.items():
-            p[bench.index[names[told]]] = value
-        return [bench.columns(p, tuple(names.values()))]
+        return [bench.columns(self._values(inquiry, setting, self.numbers.unit), tuple(names.values()))]
 
     def revised(self, inquiry: Inquiry, tried: int) -> Inquiry:
         current, columns = inquiry.current, self.columns(inquiry)[tried]
         design = np.concatenate([current.design, columns], axis=2)
         step = fit_linear(design * current.weight[:, None], current.training * current.weight).estimate
-        start = self.numbers.started(inquiry.setting.robot, step[-columns.shape[2] :])
-        setting = given_numbers(inquiry.setting, self.numbers, start)
+        setting = self._setting(inquiry.setting)
+        start = self._values(inquiry, setting, self.numbers.started(inquiry.setting.robot, step[-columns.shape[2] :]))
         names = self.numbers.names(setting.robot)
-        setting = setting.with_revision(
-            Revised(self.numbers.effect, self.numbers.title, self.numbers.place, names=names)
-        )
+        revised = Revised(self.numbers.effect, self.numbers.title, self.numbers.place, names=names)
+        setting = replace(setting, readings=inquiry.setting.readings, revised=inquiry.setting.revised)
+        setting = setting.with_revision(revised)
         case = setting.case(*inquiry.band)
-        return replace(inquiry, setting=setting, case=case, current=case.explain(current.found))
+        near = replace(current, fit=replace(current.fit, p=start))
+        return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, near))
 
     def refitted(self, inquiry: Inquiry) -> None:
         return None
 
+    def _setting(self, setting: Setting) -> Setting:
+        text = setting.robot.text
+        if text not in self._settings:
+            self._settings[text] = with_numbers(setting, self.numbers)
+        return self._settings[text]
 
-def given_numbers(setting: Setting, numbers: Numbers, values: Mapping[str, float]) -> Setting:
+    def _values(self, inquiry: Inquiry, setting: Setting, told: Mapping[str, float]) -> Array:
+        """Parameters of a machine that has the numbers: those ``told``, the others as they are fitted so far."""
+        names, p, old = self.numbers.names(setting.robot), setting.kernel.values, inquiry.case.bench.index
+        for i, name in enumerate(setting.kernel.parameters):
+            if name in old and name not in names.values():
+                p[i] = inquiry.current.fit.p[old[name]]
+        for what, value in told.items():
+            p[setting.kernel.parameters.index(names[what])] = value
+        return p
+
+
+def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
     """The same machine with these numbers as parameters of its own. InputError where no text can say them."""
     robot = setting.robot
-    freed = robot_from_text(numbers.written(robot, values), robot.where.file if robot.where else robot.name)
+    freed = robot_from_text(numbers.written(robot), robot.where.file if robot.where else robot.name)
     names = tuple(numbers.names(freed).values())
     own = (*(name for name in setting.own if name not in names), *names)
     return replace(setting, robot=freed, kernel=compile_robot(freed).kernel(), own=own, _shown={})
 
 
 def missing_numbers(setting: Setting) -> list[Freed]:
-    """Those that can be asked for: gravity where a text says it, a payload where the weight of the last link is held.
+    """Those that can be asked for: gravity where a text says it, a payload where all masses of the last link are held.
 
-    A mass that is free takes up that of a payload without a trace.
+    One that is free takes up the mass of a payload without a trace.
     """
-    found: list[Freed] = []
-    try:
-        tilted = given_numbers(setting, GravityVector(), {})
-    except InputError:
-        pass
-    else:
-        found.append(Freed(GravityVector(), {setting.robot.text: tilted}))
-    last = setting.robot.joints[-1]
-    weighed = not {name for name, _ in last.link.mass.factors} & set(setting.own)
-    if weighed and (PAYLOAD, last.name) not in {(e.type, e.at) for e in setting.robot.effects}:
-        found.append(Freed(PointPayload(last.name)))
+    robot, last = setting.robot, setting.robot.joints[-1]
+    asked: list[Numbers] = [GravityVector()]
+    masses = [link.mass for link in (last.link, robot.tool.link if robot.tool else None) if link is not None]
+    free = {name for mass in masses for name, _ in mass.factors} & set(setting.own)
+    if not free and (PAYLOAD, last.name) not in {(e.type, e.at) for e in robot.effects}:
+        asked.append(PointPayload(last.name))
+    found = []
+    for numbers in asked:
+        with suppress(InputError):  # no text says them
+            found.append(Freed(numbers, {robot.text: with_numbers(setting, numbers)}))
     return found

@@ -15,7 +15,8 @@ from symdyn.numeric.candidates import bounds, fitted_parameters
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.observation import observe
-from symdyn.numeric.readings import declared, read
+from symdyn.numeric.reading import declared
+from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot

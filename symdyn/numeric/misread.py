@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.explanation import Explanation, Revised
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry
-from symdyn.numeric.readings import READERS
+from symdyn.numeric.reading import READERS
 from symdyn.numeric.regression import LinearFit, fit_linear
 from symdyn.numeric.setting import Setting
 from symdyn.physics import catalogue
@@ -28,7 +28,7 @@ HIGHEST = {"gain": 10.0, "offset": np.pi, "limit": np.inf}
 
 @dataclass(frozen=True, slots=True)
 class Misread:
-    """An encoder is off by a gain or an offset; or effort that was asked for beyond a limit was not given."""
+    """An encoder is off by a gain or an offset; or another effort was given than recorded, by a gain or to a limit."""
 
     joint: int
     place: Place
@@ -83,7 +83,7 @@ class Misread:
         known = next((r.values for r in inquiry.setting.revised if (r.effect, r.place) == self.key), {})
         values = {**known, self.what: Estimate(value, se, self.unit)}
         title = catalogue()[self.effect].title
-        if self.effect == "encoder" and len(values) == 1:
+        if len(READERS[self.effect]) > 1 and len(values) == 1:
             title = f"{title} {self.what}"
         revised = Revised(self.effect, title, self.place.address, values)
         setting = self._setting(inquiry.setting, value).with_revision(revised)

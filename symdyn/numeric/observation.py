@@ -12,8 +12,8 @@ from scipy import signal
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.memory import driven_states
+from symdyn.numeric.reading import declared
 from symdyn.numeric.recording import Recording
-from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Quantity, Robot
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:
     """(N, n) effort at the joints: a measured effort, or the actuator's input times its gain.
 
-    An ``effort_gain`` is not in it: that is how a recording is read (``readings``), whichever way it was made.
+    An ``effort_gain`` is not in it: that is how a recording is read (``reading``), whichever way it was made.
     """
     n, count = len(robot.joints), len(recording.time)
     driven_joints = [joint.name for joint in robot.joints if not joint.passive]
@@ -102,15 +102,9 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
             raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
         inputs[:, driven_joints.index(joint.name)] = recording.channel(wanted, joint.name)
     states = np.zeros((count, len(kernel.states)))
-    driven = kernel.actuation_p_batch(states, inputs, kernel.values) / _gains(robot)
+    gains = np.array([reading.effort_gain for reading in declared(robot)])
+    driven = kernel.actuation_p_batch(states, inputs, kernel.values) / gains
     return np.where(np.isnan(direct), driven, direct)
-
-
-def _gains(robot: Robot) -> Array:
-    """(n,) product of the ``effort_gain`` of each joint."""
-    numbers = {p.name: p.value for p in robot.parameters}
-    told = {e.at: dict(e.values)["gain"] for e in robot.effects if e.type == "effort_gain"}
-    return np.array([(value_of(told[j.name], numbers) or 1.0) if j.name in told else 1.0 for j in robot.joints])
 
 
 def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.explanation import Revised
-from symdyn.numeric.freed import given_numbers, missing_numbers, numbers_of
+from symdyn.numeric.freed import missing_numbers, numbers_of, with_numbers
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.misread import Misread
-from symdyn.numeric.readings import READERS
+from symdyn.numeric.reading import READERS
 from symdyn.numeric.setting import Setting
 from symdyn.spec.places import places
 
@@ -47,11 +47,9 @@ def without(inquiry: Inquiry, revised: Revised) -> Inquiry:
     others = tuple(r for r in setting.revised if r is not revised)
     readings = list(setting.readings)
     if revised.names:
-        fitted = inquiry.case.model_parameters(inquiry.current)
         setting = origin
         for other in (r for r in others if r.names):
-            values = {told: fitted[name].value for told, name in other.names.items()}
-            setting = given_numbers(setting, numbers_of(other.effect, other.place), values)
+            setting = with_numbers(setting, numbers_of(other.effect, other.place))
     else:
         joint, fields = setting.joints.index(revised.place), READERS[revised.effect].values()
         as_before = {name: getattr(origin.readings[joint], name) for name in fields}

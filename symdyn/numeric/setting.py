@@ -17,7 +17,8 @@ from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.observation import Observation, observe
 from symdyn.numeric.probe import Key, Probe, probes
-from symdyn.numeric.readings import Reading, declared, read
+from symdyn.numeric.reading import Reading, declared
+from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import Scan
@@ -112,15 +113,15 @@ def prepare(
     training: Recording,
     heldout: Recording,
     progress: Callable[[str], None],
-    held: frozenset[str] = frozenset(),
+    fixed: frozenset[str] = frozenset(),
 ) -> Setting:
-    """Derive, compile, observe. Parameters ``held`` stay as the model gives them."""
+    """Derive, compile, observe. Parameters ``fixed`` stay as the model gives them."""
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
     kernel = compile_robot(robot).kernel()
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
     fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))
-    own = tuple(name for name in fitted if name not in held)
+    own = tuple(name for name in fitted if name not in fixed)
     known = probes((*proposed, *(friction.law for friction in frictions(robot))))
     return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)
 

@@ -10,7 +10,8 @@ from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.identify import identify
 from symdyn.numeric.observation import observe
-from symdyn.numeric.readings import Reading, declared, read
+from symdyn.numeric.reading import Reading, declared
+from symdyn.numeric.readings import read
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_parameter
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.observation import observe
-from symdyn.numeric.readings import Reading, declared, read
+from symdyn.numeric.reading import Reading, declared
+from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.revision import revisions
 from symdyn.numeric.setting import prepare
