@@ -115,6 +115,8 @@ def _read_parameter(
 
 
 def _check_bounds(parameter: ParameterSchema, value: float, unit: str, path: KeyPath, numbers: NumberReader) -> None:
+    if parameter.nonzero and value == 0:
+        numbers.findings.error(path, "SD203", f"{parameter.name} is 0 {unit}, must not be zero: {parameter.meaning}")
     for bound, is_beyond, side in (
         (parameter.lower, parameter.lower is not None and value < parameter.lower, "at least"),
         (parameter.upper, parameter.upper is not None and value > parameter.upper, "at most"),

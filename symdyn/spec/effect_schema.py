@@ -38,6 +38,7 @@ class ParameterSchema:
     upper: float | None = None
     default: float | None = None  # None: must be given in a file
     zero_is_structural: bool = False  # a zero removes a state: it is no parameter, and no parameter may become zero
+    nonzero: bool = False  # what is divided by: a sensor that shows nothing tells nothing
     is_count: bool = False  # a whole number that decides the structure, and is no parameter either
     scan: Scan = Scan.NONE
     relative_to: str | None = None  # the scan is of the ratio to that parameter, which scales the effect as a whole

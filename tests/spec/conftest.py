@@ -56,7 +56,9 @@ CATALOGUE = {
         _effect(
             "tachometer",
             frozenset({PlaceKind.INERTIA}),
-            ParameterSchema("constant", {ROTATIONAL: "V s/rad"}, "K_{Et}", "tachometer constant", null=None),
+            ParameterSchema(
+                "constant", {ROTATIONAL: "V s/rad"}, "K_{Et}", "tachometer constant", null=None, nonzero=True
+            ),
         ),
         _effect(
             "viscous_friction",

@@ -19,6 +19,7 @@ M_2 = 'm_2 = "3 kg"'
 SHOULDER = 'name = "shoulder"'
 ROW = '["q", 0, 0.5, 0]'
 LEVEL = "coefficient = 1e-5"
+VISCOUS = f'type = "viscous_friction"\nat = "elbow.motor"\n{LEVEL}'
 ZZ = 'zz = "0.08 kg m^2"'
 
 # (what is replaced, by what, code, line, column, a word of the message or hint)
@@ -110,6 +111,14 @@ WRONG = [
     (LEVEL, "coeficient = 1e-5", "SD104", 30, 1, "did you mean `coefficient`?"),
     (LEVEL, "", "SD107", 27, 3, "needs `coefficient`"),
     (LEVEL, "coefficient = -1e-5", "SD203", 30, 15, "at least 0"),
+    (
+        VISCOUS,
+        'type = "tachometer"\nat = "elbow.motor"\nconstant = 0',
+        "SD203",
+        30,
+        12,
+        "must not be zero: tachometer con",
+    ),
     (LEVEL, 'coefficient = "1 N m"', "SD221", 30, 15, "expected rotational damping"),
     (LEVEL, "coefficient = {}", "SD202", 30, 15, "a table"),
     # syntax

@@ -19,7 +19,7 @@ class Ammeter(Effect):
     attaches_to = CIRCUIT
     motions = ELECTRICAL
     parameters = (
-        ParameterSchema("gain", {Motion.ELECTRICAL: "1"}, "G_a", "shown per true current", default=1.0),
+        ParameterSchema("gain", {Motion.ELECTRICAL: "1"}, "G_a", "shown per true current", default=1.0, nonzero=True),
         ParameterSchema("offset", {Motion.ELECTRICAL: "A"}, "I_0", "shown without current", default=0.0),
     )
     proposable = True

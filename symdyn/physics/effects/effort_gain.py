@@ -24,7 +24,9 @@ class EffortGain(Effect):
     title = "effort gain"
     attaches_to = frozenset({PlaceKind.JOINT})
     parameters = (
-        ParameterSchema("gain", same_unit("1"), r"G_{\tau}", "effort that acts, per effort that is shown", null=1.0),
+        ParameterSchema(
+            "gain", same_unit("1"), r"G_{\tau}", "effort that acts, per effort that is shown", null=1.0, nonzero=True
+        ),
     )
     source = "Gautier and Briot 2014, Global identification of joint drive gains and dynamic parameters of robots"
     signature = "effort off by a factor, which the other joints' efforts contradict"

@@ -18,7 +18,7 @@ class Encoder(Effect):
     title = "encoder"
     attaches_to = MOVING
     parameters = (
-        ParameterSchema("gain", same_unit("1"), "G_e", "shown per true displacement", default=1.0),
+        ParameterSchema("gain", same_unit("1"), "G_e", "shown per true displacement", default=1.0, nonzero=True),
         ParameterSchema("offset", DISPLACEMENT, "x_e", "shown at zero", default=0.0),
         ParameterSchema(
             "resolution", DISPLACEMENT, "q_e", "size of a step", lower=0.0, default=0.0, zero_is_structural=True

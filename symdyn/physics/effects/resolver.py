@@ -29,7 +29,7 @@ class Resolver(Effect):
     title = "resolver"
     attaches_to = MOVING
     parameters = (
-        ParameterSchema("gain", same_unit("1"), "G_r", "shown per true displacement", default=1.0),
+        ParameterSchema("gain", same_unit("1"), "G_r", "shown per true displacement", default=1.0, nonzero=True),
         ParameterSchema("offset", DISPLACEMENT, "x_r", "shown at zero", default=0.0),
         ParameterSchema("time_constant", same_unit("s"), "T_r", "lag", lower=0.0, default=0.0, zero_is_structural=True),
     )

@@ -19,7 +19,7 @@ class Tachometer(Effect):
     title = "tachometer"
     attaches_to = MOVING
     parameters = (
-        ParameterSchema("constant", mechanical("V s/rad", "V s/m"), "K_{Et}", "voltage per speed"),
+        ParameterSchema("constant", mechanical("V s/rad", "V s/m"), "K_{Et}", "voltage per speed", nonzero=True),
         ParameterSchema("time_constant", same_unit("s"), "T_t", "lag", lower=0.0, default=0.0, zero_is_structural=True),
     )
     source = "van de Ven 1986, fig. 8"
