@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.explanation import Explanation, Revised
+from symdyn.numeric.explanation import Explanation, Revised, joint_errors
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.reading import READERS
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 ROUNDS = 10  # of Gauss-Newton
 NEAR = 1e-2  # standard errors: a step that small has settled
 LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65)  # quantiles of the effort: limits that are tried
-MOSTLY = 0.5  # of the samples
+ALWAYS = 0.9  # of the samples: what is that often at its limit tells nothing of the size of efforts any more
 LOWEST = {"gain": 0.1, "offset": -np.pi, "limit": 0.0}  # beyond that nobody calls it a sensor, or a drive
 HIGHEST = {"gain": 10.0, "offset": np.pi, "limit": np.inf}
 
@@ -77,7 +77,7 @@ class Misread:
             value += step
             if not LOWEST[self.what] < value < HIGHEST[self.what]:
                 return None
-        if not last.identifiable[-1] or not self._mostly_free(inquiry, value):
+        if not last.identifiable[-1]:
             return None
         se = float(last.standard_error[-1])
         known = next((r.values for r in inquiry.setting.revised if (r.effect, r.place) == self.key), {})
@@ -88,7 +88,8 @@ class Misread:
         revised = Revised(self.effect, title, self.place.address, values)
         setting = self._setting(inquiry.setting, value).with_revision(revised)
         case = setting.case(*inquiry.band)
-        return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))
+        after = replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))
+        return after if self._tells_more(inquiry, after) else None
 
     def _joint_fit(self, inquiry: Inquiry, current: Explanation, value: float) -> LinearFit:
         """Of a step of the value, last, together with all other parameters."""
@@ -102,10 +103,17 @@ class Misread:
         asked = np.abs(inquiry.case.bench.observation.tau[:, self.joint])
         return [float(limit) for limit in np.quantile(asked, LIMITS)]
 
-    def _mostly_free(self, inquiry: Inquiry, value: float) -> bool:
-        """A drive that is at its limit most of the time would hide everything, noise too."""
-        effort = inquiry.origin.seen.tau[:, self.joint]
-        return self.what != "limit" or bool(np.mean(np.abs(effort) >= value) < MOSTLY)
+    def _tells_more(self, before: Inquiry, after: Inquiry) -> bool:
+        """A limit leaves less effort to be explained, and of that, too, a smaller part must be unexplained.
+
+        A drive that is always at a limit of nothing would leave nothing, of noise too.
+        """
+        if self.what != "limit":
+            return True
+        reading = after.setting.readings[self.joint]
+        asked = np.abs(reading.effort_gain * before.origin.seen.tau[:, self.joint])
+        left = [joint_errors(i.current.heldout, i.case.judge)[self.joint] for i in (before, after)]
+        return bool(np.mean(asked >= reading.limit) < ALWAYS and left[1] < left[0])
 
     def _setting(self, setting: Setting, value: float) -> Setting:
         readings = list(setting.readings)

@@ -170,8 +170,8 @@ def swung(seed: int, limit: float, dry: float = 0.0) -> Recording:
     return recording(np.arange(len(shown)) * step, shown[:, 0] + 5e-6 * noise[0], effort + 0.01 * noise[1])
 
 
-def test_a_drive_that_gives_less_than_asked_is_named() -> None:
-    limit = 5.0
+@pytest.mark.parametrize("limit", [5.0, 4.0])  # reached in 25 % and in 86 % of the samples
+def test_a_drive_that_gives_less_than_asked_is_named(limit: float) -> None:
     found = diagnose(pendulum(), swung(1, limit), swung(2, limit))
     assert [f.effect for f in found.findings] == ["effort_saturation"]
     assert found.findings[0].parameters["limit"].value == pytest.approx(limit, rel=0.02)
