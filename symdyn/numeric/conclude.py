@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import bounds
-from symdyn.numeric.explanation import Case, Explanation, joint_errors
+from symdyn.numeric.explanation import SPREAD, Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.free_form import fitted_of
@@ -30,6 +30,7 @@ from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
+FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
 FOUND = "found by symdyn diagnose"
 
 
@@ -129,13 +130,19 @@ def _motion(bench: Workbench) -> Array:
 
 
 def _absorbing(case: Case, final: Explanation) -> list[str]:
-    """Parameters that ran to a bound: they are taking up structure that the model lacks."""
-    limits = bounds(case.robot)
-    return [
-        f"{name} ran to its lower bound {limits[name][0]:.3g}: it may be absorbing missing structure"
-        for name, estimate in case.model_parameters(final).items()
-        if name in limits and estimate.value <= limits[name][0]
-    ]
+    """Parameters that ran to a bound, or far from the model's value: they are taking up structure that it lacks.
+
+    Of all values that a recording cannot tell apart, a fit takes those nearest to the model's. Where those are far,
+    no near ones would do.
+    """
+    limits, told = bounds(case.robot), []
+    for name, estimate in case.model_parameters(final).items():
+        value, given = estimate.value, float(case.bench.kernel.values[case.bench.index[name]])
+        if name in limits and value <= limits[name][0]:
+            told.append(f"{name} ran to its lower bound {limits[name][0]:.3g}: it may be absorbing missing structure")
+        elif name not in case.unknown and abs(value - given) > FAR * SPREAD * abs(given) > 0.0:
+            told.append(f"{name} went from {given:.3g} to {value:.3g}: it may be absorbing missing structure")
+    return told
 
 
 def _traces(

@@ -95,6 +95,11 @@ class Case:
     def joints(self) -> list[str]:
         return [joint.name for joint in self.robot.joints]
 
+    @property
+    def unknown(self) -> frozenset[str]:
+        """Parameters that the model as given knew nothing of."""
+        return frozenset(name for r in self.revised for name in r.names.values())
+
     def explain(self, found: Found = (), near: Explanation | None = None) -> Explanation:
         """Fit the model with the effects found, from the values of an explanation ``near`` it, if there is one.
 
@@ -173,13 +178,12 @@ class Case:
         names = [c.parameter(s) for c, _ in found for s in c.linear]
         for candidate, _ in found:
             limits |= candidate_bounds(candidate)
-        unknown = frozenset(name for r in self.revised for name in r.names.values())
         start = np.array([value for f in state for value in f.coefficients])
         loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
         for _ in range(TURNS if loaded else 1):
             added = self._added(self.laws, found, state, p)
             p, start = minimise(
-                self.bench, p, self.own, added, start, names, weight, limits, self.spread, unknown, weighed
+                self.bench, p, self.own, added, start, names, weight, limits, self.spread, self.unknown, weighed
             )
         done, at = [], 0
         for f in state:
@@ -276,11 +280,10 @@ class Case:
         """The model's own parameters as fitted."""
         units = self.bench.kernel.parameter_units
         own = {p.name for p in self.robot.parameters}
-        unknown = {name for r in self.revised for name in r.names.values()}
         found = {}
         for name in (n for n in of.fit.names if n in own):
             value, se = float(of.fit.p[self.bench.index[name]]), of.fit.standard_error(name)
-            if name in unknown and abs(value) <= 2.0 * SPECK:
+            if name in self.unknown and abs(value) <= 2.0 * SPECK:
                 value = 0.0  # what no joint feels stays at its start
             found[name] = Estimate(value, se, units[self.bench.index[name]])
         return found

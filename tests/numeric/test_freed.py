@@ -43,6 +43,15 @@ def test_a_payload_is_weighed_where_the_model_is_held() -> None:
     assert [e.type for e in found.diagnosed.effects].count("payload") == 1
 
 
+def test_a_mass_that_takes_up_a_payload_is_suspect() -> None:
+    """Where the centre of the last link is free, too, its own numbers explain what it carries."""
+    robot, carried = robot_from_text(ARM_OF_TWO, "two.toml"), (3.0, 0.15, 0.0)
+    found = diagnose(robot, run(1, carried=carried), run(2, carried=carried))
+    assert (found.verdict, found.findings) == ("complete", ())
+    suspect = [alarm for alarm in found.alarms if "absorbing" in alarm and alarm.startswith("m2 went from 0.7 to 3.")]
+    assert len(suspect) == 1, found.alarms
+
+
 def test_nothing_is_found_where_nothing_changed() -> None:
     found = diagnose(robot_from_text(known(), "two.toml"), run(1), run(2), hold=["*"])
     assert (found.verdict, found.findings, found.model) == ("complete", (), {})
