@@ -14,8 +14,9 @@ from symdyn.emit.kernel import Kernel
 Array = NDArray[np.float64]
 
 STATES = 400  # of the recording, on which coefficients are found
-POINTS = 2  # of parameters beside the given ones, where columns are collected
+POINTS = 4  # of parameters beside the given ones, at most, where columns are collected
 SPREAD = 0.5  # of those points about the given values
+SMALL = 1e-2  # of the largest: what is smaller, or nothing yet, is moved by that, and shows what it multiplies
 EXACT = 1e-9  # relative error beyond which the sum is not the model
 SAME = 1e-9  # part of a column that the others must leave for it to count
 
@@ -36,7 +37,7 @@ class Span:
     motion: tuple[Array, Array, Array]  # of the chosen states
     at_start: Array  # inverse dynamics there, flat
     inverse: Array  # (r, M n) of the columns there
-    exact: bool  # whether the sum is the model, at a parameter vector that was not used to find it
+    exact: bool  # whether the sum is the model, with its slopes, at parameter vectors that were not used to find it
 
     def coefficients(self, p: Array) -> Array:
         """(r,)"""
@@ -61,31 +62,43 @@ def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motio
     where = [index[name] for name in names]
     size = np.abs(start[where])
     size = np.where(size > 0, size, max(float(size.max(initial=0.0)), 1.0))
-    points = [start]
-    for _ in range(POINTS):
-        moved = start.copy()
-        moved[where] += SPREAD * size * rng.uniform(-1.0, 1.0, len(where))
-        points.append(moved)
-    stacked = np.concatenate(
-        [
-            kernel.inverse_dynamics_parameter_jacobian_p_batch(*chosen, p)[:, :, where].reshape(-1, len(where))
-            for p in points
-        ],
-        axis=1,
-    )
+    large = np.maximum(size, SMALL * size.max(initial=0.0))
+
+    def moved(by: Array) -> Array:
+        point = start.copy()
+        point[where] += SPREAD * by * rng.uniform(-1.0, 1.0, len(where))
+        return point
+
+    points, others = [start], [moved(size), moved(large)]
+    at_start = kernel.inverse_dynamics_p_batch(*chosen, start).reshape(-1)
+    asked = [kernel.inverse_dynamics_p_batch(*chosen, other).reshape(-1, 1) - at_start[:, None] for other in others]
+    asked += [_columns(kernel, chosen, other, where) for other in others]
+    collected, exact = [_columns(kernel, chosen, start, where)], False
+    while not exact and len(points) <= POINTS:
+        points.append(moved(large))
+        collected.append(_columns(kernel, chosen, points[-1], where))
+        stacked = np.concatenate(collected, axis=1)
+        kept, inverse = _basis(stacked)
+        exact = all(
+            bool(np.all(np.linalg.norm(x - stacked[:, kept] @ (inverse @ x), axis=0) <= EXACT * np.linalg.norm(x)))
+            for x in asked
+        )
+    sources = tuple((int(i) // len(where), int(i) % len(where)) for i in kept)
+    return Span(kernel, tuple(names), start, sources, tuple(points), chosen, at_start, inverse, exact)
+
+
+def _columns(kernel: Kernel, motion: tuple[Array, Array, Array], p: Array, where: Sequence[int]) -> Array:
+    """(M n, k) d inverse dynamics / d parameter."""
+    jacobian = kernel.inverse_dynamics_parameter_jacobian_p_batch(*motion, p)
+    return np.asarray(jacobian[:, :, where].reshape(-1, len(where)))
+
+
+def _basis(stacked: Array) -> tuple[Array, Array]:
+    """(r,) columns that span all of them, and (r, M n) what gives their coefficients."""
     length = np.linalg.norm(stacked, axis=0)
     moving = np.flatnonzero(length > 0)
     _, triangle, order = linalg.qr(stacked[:, moving] / length[moving], mode="economic", pivoting=True)
     diagonal = np.abs(np.diag(triangle))
     kept = np.sort(moving[order[: int(np.sum(diagonal > SAME * diagonal.max(initial=0.0)))]])
-    columns = stacked[:, kept]
     scale = length[kept]
-    inverse = np.linalg.pinv(columns / scale, rcond=1e-12) / scale[:, None]
-    sources = tuple((int(i) // len(where), int(i) % len(where)) for i in kept)
-    at_start = kernel.inverse_dynamics_p_batch(*chosen, start).reshape(-1)
-    other = start.copy()
-    other[where] += SPREAD * size * rng.uniform(-1.0, 1.0, len(where))
-    change = kernel.inverse_dynamics_p_batch(*chosen, other).reshape(-1) - at_start
-    left = change - columns @ (inverse @ change)
-    exact = bool(np.linalg.norm(left) <= EXACT * np.linalg.norm(change))
-    return Span(kernel, tuple(names), start, sources, tuple(points), chosen, at_start, inverse, exact)
+    return kept, np.linalg.pinv(stacked[:, kept] / scale, rcond=1e-12) / scale[:, None]

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symdyn.compiler import compile_robot
+from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.band import band_of
+from symdyn.numeric.candidates import fitted_parameters
 from symdyn.numeric.observation import observe
+from symdyn.numeric.span import find_span
 from symdyn.numeric.workbench import Workbench
-from symdyn.spec.edit import add_effect
+from symdyn.spec.edit import add_effect, set_gravity
 
 from .pendulum import TOML, pendulum, record
 
@@ -38,6 +40,26 @@ def test_sum_of_columns_is_the_model_at_any_parameters() -> None:
 def test_four_parameters_that_are_three_numbers_need_three_columns() -> None:
     span, columns = bench().span(NAMES)
     assert columns.shape[2] == len(span.sources) == 3  # m r, I + m r^2, b
+
+
+def test_gravity_that_is_fitted_from_next_to_nothing_multiplies_masses_and_is_still_a_sum() -> None:
+    robot = robot_from_text(set_gravity(load_robot("stanford").text, [1e-6, 1e-6, 1e-6]), "stanford.toml")
+    kernel = compile_robot(robot).kernel()
+    index = {name: i for i, name in enumerate(kernel.parameters)}
+    rng = np.random.default_rng(0)
+    names = (*fitted_parameters(robot), "gravity_x", "gravity_y", "gravity_z")
+    span = find_span(kernel, names, index, tuple(rng.uniform(-1.0, 1.0, (3, 1000, 6))))
+    assert span.exact
+    p = kernel.values
+    p[[index[name] for name in names]] *= rng.uniform(0.3, 3.0, len(names))
+    p[[index[name] for name in names[-3:]]] = 3.0, -9.0, 1.0
+    change = kernel.inverse_dynamics_p_batch(*span.motion, p).reshape(-1) - span.at_start
+    known = [
+        kernel.inverse_dynamics_parameter_jacobian_p_batch(*span.motion, span.points[at])[:, :, index[names[which]]]
+        for at, which in span.sources
+    ]
+    summed = np.stack([column.reshape(-1) for column in known], axis=1) @ span.coefficients(p)
+    np.testing.assert_allclose(summed, change, atol=1e-8 * np.abs(change).max())
 
 
 def test_characteristic_speed_is_no_sum_of_columns_and_still_evaluated() -> None:
