@@ -150,9 +150,9 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     Where nothing was found in the narrow band, the wide one must show more than noise: a ripple of a high order is
     as even as noise there, and quicker than the motion.
     """
-    if not np.any(inquiry.case.bench.effort):
-        return inquiry
     edge = inquiry.case.bench.edge
+    if not np.any(inquiry.case.bench.effort) or _ends_at_steps(inquiry):
+        return inquiry
     cutoff = inquiry.setting.left(inquiry.current)
     if cutoff < WIDER * edge or skew_left(inquiry.case, inquiry.current) is not None:
         return inquiry
@@ -167,6 +167,15 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     wide = replace(inquiry, first=first, given=first.explain(), case=case, current=current, motion=edge)
     after = _searched(wide, (), progress)
     return after if len(after.findings) > len(inquiry.findings) else inquiry
+
+
+def _ends_at_steps(inquiry: Inquiry) -> bool:
+    """Whether the band ends where one joint's motion sinks into the steps of its encoder, others being better known.
+
+    What is quicker was seen to be that joint's (``below_steps``).
+    """
+    motions = [r.motion for r in inquiry.setting.readings]
+    return inquiry.case.bench.edge <= min(motions) < max(motions)
 
 
 def _physical(inquiry: Inquiry) -> Inquiry:

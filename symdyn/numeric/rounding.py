@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.encoder_steps import Steps, coarse, motion_above, rounded
-from symdyn.numeric.explanation import Revised
+from symdyn.numeric.explanation import Explanation, Revised
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.noise_floor import in_band, noise_density
@@ -30,7 +30,8 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
     """With the motion of joints taken below where it sinks into their encoder's steps, if that leaves less.
 
     Accelerations that are mostly steps make inertias too small, and what these leave then is taken for physics. Above
-    that frequency positions tell nothing. Where less than half is left, that is what the recording lacked.
+    that frequency positions tell nothing. Where less than half is left, that is what the recording lacked. Where most
+    of the rest is quicker still, the band ends there: no equation that has this joint's acceleration can be tested.
     """
     for joint, steps in _coarse(inquiry.setting):
         before, setting = inquiry.given, inquiry.setting.below(joint, steps.motion)
@@ -40,11 +41,26 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
             continue
         case = setting.case(min(setting.given(), max(r.motion for r in setting.readings)))
         given = case.explain()
+        slow = setting.case(min(case.bench.edge, steps.motion))
+        without = slow.explain()
+        if _quicker(given, without, setting.joints.index(joint)):
+            case, given = slow, without
+            what = f"what is left at {joint} is quicker than its encoder can tell"
+            inquiry = inquiry.noting(f"{what}: nothing above {steps.motion:.3g} Hz is tested")
         inquiry = replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)
         if left[1] < (1.0 - MOSTLY) * left[0]:
             told = f"its motion is taken below {steps.motion:.3g} Hz"
             inquiry = _told(inquiry, joint, steps, 1.0 - left[1] / left[0], told)
     return inquiry
+
+
+def _quicker(wide: Explanation, slow: Explanation, joint: int) -> bool:
+    """Whether most of what is left at a joint lies in the wide band alone.
+
+    Above the frequency where its motion is known it is an acceleration that nobody saw, and acts on other joints, too.
+    """
+    left = [float(np.mean(each.heldout[:, joint] ** 2)) for each in (slow, wide)]
+    return left[0] < (1.0 - MOSTLY) * left[1]
 
 
 def with_resolutions(inquiry: Inquiry) -> Inquiry:

@@ -62,11 +62,13 @@ def run(
     by_load: float = 0.0,
     shown: tuple[float, float] = (1.0, 1.0),
     carried: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    shaken: float = 0.0,
 ) -> Recording:
     """A planar arm along sums of sines, its torques written by hand.
 
     The second encoder shows gain q + offset, the first one q + ``first``. The second joint has a ``rotor``, the first
     one friction by load. Torques are ``shown`` times what they are. The second link carries (mass, x, y).
+    The second joint shakes at 8 Hz, by ``shaken`` rad.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(10_000) / 500.0
@@ -77,6 +79,10 @@ def run(
         weight *= 1.1 / weight.sum()
         q[:, j], v[:, j] = np.sin(angle) @ weight - 0.4, np.cos(angle) @ (weight * HARMONICS)
         a[:, j] = -np.sin(angle) @ (weight * HARMONICS**2)
+    quick = 2 * np.pi * 8.0
+    q[:, 1] += shaken * np.sin(quick * t)
+    v[:, 1] += shaken * quick * np.cos(quick * t)
+    a[:, 1] -= shaken * quick**2 * np.sin(quick * t)
     c, h = np.cos(q[:, 1]), M2 * L1 * R2 * np.sin(q[:, 1])
     mass, reach, turn = carried[0], np.hypot(*carried[1:]), np.arctan2(carried[2], carried[1])
     lever, sideways = L1 * reach * np.cos(q[:, 1] + turn), L1 * reach * np.sin(q[:, 1] + turn)

@@ -39,16 +39,19 @@ def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float)
     assert declared(found.diagnosed)[1] == replace(Reading(), **{fault: pytest.approx(told.value, rel=1e-6)})
 
 
+def in_steps(shown: Recording, step: float, trembling: float | Array = 0.0) -> Recording:
+    """Its second joint's encoder has such steps (rad)."""
+    at = Quantity.POSITION, "two", Side.LINK
+    channels = dict(shown.channels)
+    channels[at] = np.round(np.round((channels[at] + trembling) / step) * step, 6)
+    return replace(shown, channels=channels)
+
+
 @pytest.mark.parametrize("count", [pytest.param(1000, marks=pytest.mark.slow), 100_000])
 def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(count: int) -> None:
     """Steps of 2 pi / 1000 hide the noise of the torques; those of 2 pi / 100 000 are hidden by it."""
-    step, runs = 2.0 * math.pi / count, []
-    for seed in (1, 2):
-        shown = run(seed)
-        channels = dict(shown.channels)
-        at = Quantity.POSITION, "two", Side.LINK
-        channels[at] = np.round(np.round(channels[at] / step) * step, 6)
-        runs.append(replace(shown, channels=channels))
+    step = 2.0 * math.pi / count
+    runs = [in_steps(run(seed), step) for seed in (1, 2)]
     found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
     coarse = count == 1000
     assert [(f.effect, f.place) for f in found.findings] == ([("encoder", "two")] if coarse else [])
@@ -61,16 +64,21 @@ def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(c
         assert diagnose(found.diagnosed, *runs).findings == ()  # it is known now
 
 
+def test_what_is_quicker_than_an_encoder_can_tell_is_not_tested() -> None:
+    """It shakes by a tenth of its steps: the torque of that is most of what is left, and nobody saw the motion."""
+    runs = [in_steps(run(seed, shaken=1e-3), 0.012) for seed in (1, 2)]
+    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
+    assert [(f.effect, f.place) for f in found.findings] == [("encoder", "two")]
+    assert found.band < 8.0
+    assert any("nothing above" in alarm for alarm in found.alarms), found.alarms
+    assert found.model["b2"].value == pytest.approx(0.12, rel=0.01)
+    assert not found.remaining.structured
+
+
 @pytest.mark.slow
 def test_an_encoder_that_trembles_by_more_than_its_steps_has_none_that_matter() -> None:
-    rng, step, runs = np.random.default_rng(0), 1e-3, []
-    for seed in (1, 2):
-        shown = run(seed)
-        channels = dict(shown.channels)
-        at = Quantity.POSITION, "two", Side.LINK
-        trembling = channels[at] + step * rng.standard_normal(len(shown.time))
-        channels[at] = np.round(np.round(trembling / step) * step, 6)
-        runs.append(replace(shown, channels=channels))
+    rng, step = np.random.default_rng(0), 1e-3
+    runs = [in_steps(run(seed), step, step * rng.standard_normal(10_000)) for seed in (1, 2)]
     assert diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs).findings == ()
 
 
