@@ -74,6 +74,7 @@ class Search:
         u, size, _ = np.linalg.svd(given / (np.linalg.norm(given, axis=0) + 1e-300), full_matrices=False)
         basis = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
         self._basis = basis.reshape(count, n, -1)
+        self._at = [np.ascontiguousarray(self._basis[:, joint]) for joint in range(n)]
         self._left = (self.target.reshape(-1) - basis @ (basis.T @ self.target.reshape(-1))).reshape(count, n)
         self._losses: dict[str, tuple[list[tuple[float, ...]], list[float]]] = {}  # of each candidate's grid
         self._shares = [self._gram(self._basis[b], self._basis[b]) for b in self._blocks]
@@ -164,13 +165,21 @@ class Search:
         A direction that asks for a negative size is the opposite one. Where the model's own parameters take part of
         it up, many directions do as well: the one that asks for the least force is meant.
         """
-        columns = self._columns(candidate, shapes)
-        joint = self.laws.joint(candidate)
-        gain = float(np.sum((self._orthonormal(columns, joint) * self._left[:, :, None]).sum(axis=(0, 1)) ** 2))
+        columns, joint = self._columns(candidate, shapes), self.laws.joint(candidate)
+        size = np.linalg.norm(columns, axis=0) + 1e-300
+        unit, own = columns / size, self._at[joint]
+        whole, held, aim = unit.T @ unit, own.T @ unit, unit.T @ self._left[:, joint]
+        # Of what the explanation does not hold of columns, the products follow from those of the whole: they stand at
+        # one joint, and what is left has none with what it holds.
+        values, vectors = np.linalg.eigh(whole - held.T @ held)
+        kept = values > RANK_TOLERANCE**2
+        along = vectors[:, kept].T @ aim
+        gain = float(np.sum(along**2 / values[kept]))
         if all(s.scan is not Scan.ANGLE for s in candidate.shapes):
             return -gain
-        size = self._solve(columns, joint)
-        return LEAST * float(np.sum((columns @ size) ** 2)) - gain if within(candidate.linear, size) else 0.0
+        estimate = vectors[:, kept] @ (along / values[kept])
+        force = float(estimate @ whole @ estimate)
+        return LEAST * force - gain if within(candidate.linear, estimate / size) else 0.0
 
     def _columns(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
         """(K, k) weighted, at the candidate's joint."""
@@ -178,7 +187,7 @@ class Search:
 
     def _apart(self, columns: Array, joint: int) -> Array:
         """(K, n, k) what the current explanation does not hold of columns (K, k) at a joint."""
-        apart = -(self._basis @ (self._basis[:, joint].T @ columns))
+        apart = -(self._basis @ (self._at[joint].T @ columns))
         apart[:, joint] += columns
         return np.asarray(apart)
 
