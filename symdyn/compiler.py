@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, field, fields
+from dataclasses import astuple, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -109,6 +110,16 @@ def compile_robot(robot: Robot, smoothing: float | Mapping[str, float] | None = 
         if smoothing is not None:
             require_continuous(equations, "a simulation with smoothing")
         return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
+
+
+def parametric_kernel(robot: Robot) -> Kernel:
+    """The kernel with the functions of its parameters alone (``_p``), and the robot's values for them.
+
+    Its source holds none: machines that differ in their numbers share what Numba compiled.
+    """
+    free = replace(robot, parameters=tuple(replace(p, value=None) for p in robot.parameters))
+    values = tuple(math.nan if p.value is None else p.value for p in robot.parameters)
+    return replace(compile_robot(free).kernel(), given=values)
 
 
 def compile_hybrid(robot: Robot) -> Kernel:

@@ -29,6 +29,7 @@ class Kernel:
     """A loaded kernel module. Functions compile when they are first called."""
 
     module: ModuleType
+    given: tuple[float, ...] | None = None  # values in place of the module's
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         """A function of the module; AttributeError says so where only its form with a parameter vector exists."""
@@ -86,7 +87,7 @@ class Kernel:
     @property
     def values(self) -> Array:
         """Parameter values (a copy); nan where a parameter is left free."""
-        return np.array(self.module.PARAMETER_VALUES)
+        return np.array(self.module.PARAMETER_VALUES if self.given is None else self.given)
 
 
 def load(path: Path) -> Kernel:

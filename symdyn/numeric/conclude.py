@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.numeric.candidates import bounds
 from symdyn.numeric.explanation import SPREAD, Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
@@ -39,7 +39,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     case, final, first, given = inquiry.case, inquiry.current, inquiry.first, inquiry.given
     findings, alarms = inquiry.findings, inquiry.alarms
     diagnosed = specification(case, final)
-    emitted = compile_robot(diagnosed).kernel()
+    emitted = parametric_kernel(diagnosed)
     bench = Workbench(emitted, case.bench.observation, case.bench.band)
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)

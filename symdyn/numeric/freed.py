@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError
-from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.numeric.explanation import SPECK, Revised
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.regression import fit_linear
@@ -169,7 +169,7 @@ def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
     freed = robot_from_text(numbers.written(robot), robot.where.file if robot.where else robot.name)
     names = tuple(numbers.names(freed).values())
     own = (*(name for name in setting.own if name not in names), *names)
-    return replace(setting, robot=freed, kernel=compile_robot(freed).kernel(), own=own, _shown={})
+    return replace(setting, robot=freed, kernel=parametric_kernel(freed), own=own, _shown={})
 
 
 def missing_numbers(setting: Setting) -> list[Freed]:

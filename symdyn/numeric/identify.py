@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.compiler import compile_robot
+from symdyn.compiler import parametric_kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import bounds, fitted_parameters
 from symdyn.numeric.findings import Estimate
@@ -79,7 +79,7 @@ def fitted(
 ) -> Fitted:
     """The fit itself. Raises as ``identify`` does."""
     progress(f"deriving and compiling {robot.name}")
-    kernel = compile_robot(robot).kernel()
+    kernel = parametric_kernel(robot)
     wide = Workbench(kernel, read(observe(robot, kernel, recording), declared(robot)))
     values = kernel.values
     names = [n for n in fitted_parameters(robot) if np.any(wide.columns(values, [n]))]

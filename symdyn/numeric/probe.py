@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.memory import remembered
@@ -88,7 +88,7 @@ def probes(proposed: Sequence[Candidate]) -> dict[Key, Probe]:
 
 def _probe(motion: Motion, effect: str, counts: tuple[tuple[str, float], ...]) -> Probe:
     robot = _loaded(motion, effect, dict(counts))
-    kernel = compile_robot(robot).kernel()
+    kernel = parametric_kernel(robot)
     remembering = {e.type for e in robot.effects if type(catalogue()[e.type]).rates is not Effect.rates}
     index = {name: i for i, name in enumerate(kernel.parameters)}
     return Probe(kernel, frozenset(remembering), index)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symdyn.compiler import compile_robot
+from symdyn.compiler import parametric_kernel
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
@@ -117,7 +117,7 @@ def prepare(
 ) -> Setting:
     """Derive, compile, observe. Parameters ``fixed`` stay as the model gives them."""
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
-    kernel = compile_robot(robot).kernel()
+    kernel = parametric_kernel(robot)
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
     fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))
