@@ -43,7 +43,8 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
         given = case.explain()
         slow = setting.case(min(case.bench.edge, steps.motion))
         without = slow.explain()
-        if _quicker(given, without, setting.joints.index(joint)):
+        wide = replace(inquiry, setting=setting, case=case, current=given)
+        if _quicker(wide, without, joint, steps.size):
             case, given = slow, without
             what = f"what is left at {joint} is quicker than its encoder can tell"
             inquiry = inquiry.noting(f"{what}: nothing above {steps.motion:.3g} Hz is tested")
@@ -54,13 +55,15 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
     return inquiry
 
 
-def _quicker(wide: Explanation, slow: Explanation, joint: int) -> bool:
-    """Whether most of what is left at a joint lies in the wide band alone.
+def _quicker(wide: Inquiry, slow: Explanation, joint: str, size: float) -> bool:
+    """Whether most of what is left at a joint lies in the wide band alone, and is not what its steps do there.
 
     Above the frequency where its motion is known it is an acceleration that nobody saw, and acts on other joints, too.
     """
-    left = [float(np.mean(each.heldout[:, joint] ** 2)) for each in (slow, wide)]
-    return left[0] < (1.0 - MOSTLY) * left[1]
+    i = wide.setting.joints.index(joint)
+    ways = wide.current.heldout, slow.heldout, _by_steps(wide, joint, size, False)
+    left, below, own = (float(np.mean(each[:, i] ** 2)) for each in ways)
+    return max(below, own) < (1.0 - MOSTLY) * left
 
 
 def with_resolutions(inquiry: Inquiry) -> Inquiry:
