@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 STATES = 400  # of the recording, on which coefficients are found
 POINTS = 4  # of parameters beside the given ones, at most, where columns are collected
 SPREAD = 0.5  # of those points about the given values
-SMALL = 1e-2  # of the largest: what is smaller, or nothing yet, is moved by that, and shows what it multiplies
+SMALL = 1e-2  # of the largest: what is smaller, or nothing yet, is moved there, and shows what it multiplies
 EXACT = 1e-9  # relative error beyond which the sum is not the model
 SAME = 1e-9  # part of a column that the others must leave for it to count
 
@@ -60,13 +60,13 @@ def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motio
     rows = np.sort(rng.permutation(len(motion[0]))[:STATES])
     chosen = (motion[0][rows], motion[1][rows], motion[2][rows])
     where = [index[name] for name in names]
-    size = np.abs(start[where])
+    side, size = np.where(start[where] < 0, -1.0, 1.0), np.abs(start[where])
     size = np.where(size > 0, size, max(float(size.max(initial=0.0)), 1.0))
     large = np.maximum(size, SMALL * size.max(initial=0.0))
 
-    def moved(by: Array) -> Array:
+    def moved(to: Array) -> Array:
         point = start.copy()
-        point[where] += SPREAD * by * rng.uniform(-1.0, 1.0, len(where))
+        point[where] = side * to * rng.uniform(1.0 - SPREAD, 1.0 + SPREAD, len(where))  # a negative width is none
         return point
 
     points, others = [start], [moved(size), moved(large)]
@@ -88,9 +88,10 @@ def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motio
 
 
 def _columns(kernel: Kernel, motion: tuple[Array, Array, Array], p: Array, where: Sequence[int]) -> Array:
-    """(M n, k) d inverse dynamics / d parameter."""
+    """(M n, k) d inverse dynamics / d parameter; nothing where that is none."""
     jacobian = kernel.inverse_dynamics_parameter_jacobian_p_batch(*motion, p)
-    return np.asarray(jacobian[:, :, where].reshape(-1, len(where)))
+    chosen = jacobian[:, :, where].reshape(-1, len(where))
+    return np.asarray(np.where(np.isfinite(chosen), chosen, 0.0))
 
 
 def _basis(stacked: Array) -> tuple[Array, Array]:

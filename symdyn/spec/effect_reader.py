@@ -115,13 +115,14 @@ def _read_parameter(
 
 
 def _check_bounds(parameter: ParameterSchema, value: float, unit: str, path: KeyPath, numbers: NumberReader) -> None:
+    told = "" if unit == "1" else f" {unit}"
     if parameter.nonzero and value == 0:
-        numbers.findings.error(path, "SD203", f"{parameter.name} is 0 {unit}, must not be zero: {parameter.meaning}")
+        numbers.findings.error(path, "SD203", f"{parameter.name} is 0{told}, must not be zero: {parameter.meaning}")
     for bound, is_beyond, side in (
         (parameter.lower, parameter.lower is not None and value < parameter.lower, "at least"),
         (parameter.upper, parameter.upper is not None and value > parameter.upper, "at most"),
     ):
         if is_beyond:
             numbers.findings.error(
-                path, "SD203", f"{parameter.name} is {value:g} {unit}, must be {side} {bound:g} {unit}"
+                path, "SD203", f"{parameter.name} is {value:g}{told}, must be {side} {bound:g}{told}"
             )
