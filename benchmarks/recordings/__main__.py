@@ -119,6 +119,8 @@ def section(r: Row) -> str:
     left = d.remaining
     if left.structured:
         what = f"follows the {left.variable}" if left.variable else "is slower than noise, but follows no variable"
+        if left.slow > left.share:
+            what = f"{what}, and {100 * left.slow:.0f} % is slower than noise"
         lines += ["", f"Left: {100 * left.heldout:.2f} %; {100 * left.share:.0f} % of its power {what}."]
     else:
         lines += ["", f"Left: {100 * left.heldout:.2f} %, without structure."]

@@ -179,6 +179,8 @@ def show(result: Diagnosis) -> None:
     shape = f", {percent(left.share)} of its power follows the {left.variable}" if left.variable else ""
     if left.structured and left.variable is None:
         shape = f", {percent(left.share)} of its power slow, unlike noise, but not a function of the motion"
+    elif left.slow > left.share:
+        shape += f" and {percent(left.slow)} is slow, unlike noise"
     out.print(
         f"left unexplained: {percent(left.heldout)} of the {result.judged}{shape} (below {result.band:.3g} Hz). "
         f"{noise_words(result)}".rstrip(),

@@ -162,12 +162,14 @@ class Remaining:
     p_value: float
     size: float  # of the structured part, relative to the effort (or the motion) where it is
     place: str | None = None  # whose equation it is left in; None where no single one tells
+    slow: float = 0.0  # part of that power that is slow where noise would be even, whatever it follows
 
     def to_json(self) -> Json:
         return {
             "heldout": self.heldout,
             "structured": self.structured,
             "share": self.share,
+            "slow": self.slow,
             "variable": self.variable,
             "p_value": self.p_value,
             "place": self.place,
@@ -268,6 +270,7 @@ def bad_recording_json(robot: str, problems: Sequence[Problem]) -> Json:
             "heldout": None,
             "structured": None,
             "share": None,
+            "slow": None,
             "variable": None,
             "p_value": None,
             "place": None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -39,11 +39,12 @@ def leftover(
     Every joint's equation is asked by itself: in an arm of six the noise of five would drown what the sixth lacks.
     One variable at a time, and pairs of them where no single one tells: a curve or surface that predicts the
     residual of another recording is structure. Its joint, its share of the error's power, and the variables are
-    reported. What no variable tells may still be no noise: ``per_band`` samples per period of the band's edge, its
-    spectrum is asked. ``floor`` (n,) is the root mean square that the sensors' noise alone has in the band, where that
-    is known from outside the band. ``known`` is the part of the band in which the motion of every joint is seen:
-    beyond, residuals lack what it does, and its noise.
+    reported. What no variable tells may still be no noise, and so may the rest beside one that tells a little:
+    ``per_band`` samples per period of the band's edge, its spectrum is asked. ``floor`` (n,) is the root mean square
+    that the sensors' noise alone has in the band, where that is known from outside the band. ``known`` is the part of
+    the band in which the motion of every joint is seen: beyond, residuals lack what it does, and its noise.
     """
+    slow = _slowest(heldout[0], errors, per_band, np.zeros(len(errors)) if floor is None else floor, known)
     single = [(j,) for j in range(len(variables))]
     pairs = list(combinations(range(len(variables)), 2))
     told = []
@@ -51,14 +52,8 @@ def leftover(
         follows = _best(training, heldout, subsets, bins)
         told.append(_at(follows, errors, " and ".join(variables[j] for j in follows.variables) or None))
         if told[-1].structured:
-            return told[-1]
-    levels = np.zeros(len(errors)) if floor is None else floor
-    slow = [slow_share(heldout[0][:, [j]], per_band, levels[[j]], known) for j in range(len(errors))]
-    joint = max(range(len(slow)), key=lambda j: slow[j])
-    share, p_value = slow[joint][0], min(1.0, slow[joint][1] * len(slow))
-    if share > SLOW_SHARE and p_value < LEVEL:
-        return _at(_Structure(joint, (), share, p_value), errors, None)
-    return told[0]
+            return told[-1] if slow is None else _beside(told[-1], slow)
+    return told[0] if slow is None else slow
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +66,11 @@ class _Structure:
     p_value: float
 
 
+def _beside(follows: Remaining, slow: Remaining) -> Remaining:
+    """What follows a variable, with what else is slow."""
+    return replace(follows, slow=slow.slow, size=max(follows.size, slow.size))
+
+
 def _at(found: _Structure, errors: Mapping[str, float], variable: str | None) -> Remaining:
     place, there = list(errors.items())[found.joint]
     powers = np.square(list(errors.values()))
@@ -78,6 +78,19 @@ def _at(found: _Structure, errors: Mapping[str, float], variable: str | None) ->
     size = float(np.sqrt(found.share)) * there
     known = place if found.share > 0.0 else None
     return Remaining(float(np.sqrt(powers.mean())), found.share > SHARE, share, variable, found.p_value, size, known)
+
+
+def _slowest(
+    residual: Array, errors: Mapping[str, float], per_band: float, floor: Array, known: float
+) -> Remaining | None:
+    """The joint whose residual is slow for the most part, where one is."""
+    slow = [slow_share(residual[:, [j]], per_band, floor[[j]], known) for j in range(len(errors))]
+    joint = max(range(len(slow)), key=lambda j: slow[j])
+    share, p_value = slow[joint][0], min(1.0, slow[joint][1] * len(slow))
+    if share <= SLOW_SHARE or p_value >= LEVEL:
+        return None
+    found = _at(_Structure(joint, (), share, p_value), errors, None)
+    return replace(found, slow=found.share)
 
 
 def slow_share(residual: Array, per_band: float, floor: Array | None = None, known: float = 1.0) -> tuple[float, float]:

@@ -48,8 +48,9 @@ def verdict_of(
 def explained_share(remaining: Remaining, before: Errors, after: Errors) -> float:
     """Part of the structured mismatch's held-out power that the findings took away.
 
-    The structured mismatch is what they took and what is left of it: ``share`` of the left power.
+    The structured mismatch is what they took and what is left of it: ``share`` of the left power, or what of it is
+    ``slow``, where that is more.
     """
     taken = max(before.heldout**2 - after.heldout**2, 0.0)
-    left = remaining.share * after.heldout**2 if remaining.structured else 0.0
+    left = max(remaining.share, remaining.slow) * after.heldout**2 if remaining.structured else 0.0
     return taken / (taken + left) if taken + left > 0.0 else 0.0

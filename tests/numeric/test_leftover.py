@@ -44,3 +44,15 @@ def test_what_is_slow_is_told_where_it_is() -> None:
     rest[:, 4] = np.convolve(rest[:, 4], np.ones(30), mode="same")
     left = leftover(recorded(4, 0.0), (rest, motion), NAMES, ERRORS, 4.0)
     assert (left.structured, left.place, left.variable) == (True, "j4", None)
+
+
+def test_what_is_slow_is_no_less_beside_a_little_that_follows_the_motion() -> None:
+    runs = [recorded(1, 2.0), recorded(2, 2.0)]
+    alone = leftover(*runs, NAMES, ERRORS, 4.0)
+    for residual, _ in runs:
+        residual[:, 4] = np.convolve(residual[:, 4], np.ones(30), mode="same")
+    left = leftover(*runs, NAMES, ERRORS, 4.0)
+    assert (left.structured, left.place, left.variable) == (True, "j2", alone.variable)
+    assert alone.slow == 0.0
+    assert left.slow > 0.8 * 0.05**2 / (JOINTS * OVERALL**2) > 2.0 * left.share
+    assert left.size > alone.size

@@ -45,6 +45,13 @@ def test_a_finding_that_tells_a_small_part_is_no_explanation() -> None:
     assert verdict_of((SURE,), rest, BEFORE, after) is Verdict.UNEXPLAINED
 
 
+def test_what_is_slow_counts_beside_a_little_that_follows_a_variable() -> None:
+    before, after = Errors(1.15, 1.15), Errors(1.05, 1.05)
+    rest = Remaining(1.05, True, 0.06, "position of elbow", 1e-6, 0.3)
+    assert verdict_of((SURE,), rest, before, after) is Verdict.MISSING_PHYSICS
+    assert verdict_of((SURE,), replace(rest, slow=0.9), before, after) is Verdict.UNEXPLAINED
+
+
 def test_what_is_left_without_structure_counts_for_nothing() -> None:
     assert explained_share(Remaining(0.09, False, 0.05, None, 0.5, 0.0), BEFORE, Errors(0.09, 0.09)) == 1.0
     assert explained_share(Remaining(0.1, False, 0.0, None, 1.0, 0.0), BEFORE, BEFORE) == 0.0
