@@ -16,6 +16,8 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import DHRow, Monomial, Place, PlaceKind, Robot
 
+AT = 1e-6  # of a bound, within which a fit ends there
+
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
@@ -180,6 +182,16 @@ def bounds(robot: Robot) -> dict[str, tuple[float, float]]:
 def candidate_bounds(candidate: Candidate) -> dict[str, tuple[float, float]]:
     """Bounds of a candidate's linear parameters."""
     return {candidate.parameter(schema): _limits(schema) for schema in candidate.linear}
+
+
+def bounded(candidate: Candidate, coefficients: Sequence[float]) -> tuple[ParameterSchema, ...]:
+    """Linear parameters that a fit within bounds left at one of them, where they do not vanish: it would go further."""
+    return tuple(
+        schema
+        for schema, value in zip(candidate.linear, coefficients, strict=True)
+        for bound in (schema.lower, schema.upper)
+        if bound is not None and bound != (schema.null or 0.0) and math.isclose(value, bound, rel_tol=AT)
+    )
 
 
 def _limits(schema: ParameterSchema) -> tuple[float, float]:

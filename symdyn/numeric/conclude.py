@@ -142,6 +142,9 @@ def _absorbing(case: Case, final: Explanation) -> list[str]:
             told.append(f"{name} ran to its lower bound {limits[name][0]:.3g}: it may be absorbing missing structure")
         elif name not in case.unknown and abs(value - given) > FAR * SPREAD * abs(given) > 0.0:
             told.append(f"{name} went from {given:.3g} to {value:.3g}: it may be absorbing missing structure")
+    for candidate, _ in final.found:
+        for schema in case.bounded(candidate, final):
+            told.append(f"{schema.name} of {candidate.label} ran to its bound: it may be absorbing missing structure")
     return told
 
 

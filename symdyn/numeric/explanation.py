@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from symdyn.numeric.candidates import Candidate, bounds, candidate_bounds, fitted_parameters
+from symdyn.numeric.candidates import Candidate, bounded, bounds, candidate_bounds, fitted_parameters
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
@@ -252,6 +252,11 @@ class Case:
         scale = candidate.scale(schema, values)
         slope = np.array([scale, ratio if not schema.inversely else -ratio * scale**2])
         return float(np.sqrt(max(slope @ of.fit.last.covariance[np.ix_(at, at)] @ slope, 0.0)))
+
+    def bounded(self, candidate: Candidate, of: Explanation) -> tuple[ParameterSchema, ...]:
+        """Parameters of the candidate that would fit better beyond their bounds."""
+        fitted = next(f for (c, _), f in zip(of.found, of.fitted, strict=True) if c is candidate)
+        return bounded(candidate, fitted.coefficients)
 
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
         """Whether any of its parameters can be told from the value at which it vanishes, its shape being given.

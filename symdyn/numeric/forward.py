@@ -51,9 +51,7 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
         search = Search(case.laws, current.fit.p, current.training, current.design, current.weight)
         proposed = ready(inquiry.setting.proposed, case.robot, current.effects)
         earning, refused = rank(search, proposed, LEVEL, _counted(progress, len(inquiry.findings) + 1))
-        inquiry = inquiry.noting(
-            *(f"{t.candidate.label} would fit only with a value outside its bounds" for t in refused)
-        )
+        inquiry = inquiry.noting(*(outside_bounds(t) for t in refused))
         step, refusals = first_that_earns(inquiry, earning)
         best = sorted(earning, key=lambda t: t.loss)[:1] if step is not None else []
         revised = _revised(inquiry, search, open_, best, None if step is None else step[1], progress)
@@ -102,13 +100,20 @@ def first_that_earns(
         except NumericalError:
             refusals.append(f"{label} could not be fitted: it does not settle")
             continue
-        if not case.certain(trial.candidate, better):
+        if case.bounded(trial.candidate, better):
+            refusals.append(outside_bounds(trial))
+        elif not case.certain(trial.candidate, better):
             refusals.append(f"{label} lowers the error, but its size cannot be told from zero")
         elif case.earns(current, better):
             return (trial, better), refusals
         else:
             refusals.append(f"{label} fits the training data better, but not the held-out data")
     return None, refusals
+
+
+def outside_bounds(trial: Trial) -> str:
+    """What is told of a law that fits as another one: friction that drives, a gear that passes nothing on."""
+    return f"{trial.candidate.label} would fit only with a value outside its bounds"
 
 
 def _counted(progress: Progress, step: int) -> Progress:

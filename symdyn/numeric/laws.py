@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.carried import Friction
+from symdyn.numeric.observation import smoothed
 from symdyn.numeric.probe import Key, Probe, key_of
 from symdyn.numeric.scan import axes, nudge, room
 from symdyn.numeric.workbench import Workbench
@@ -20,13 +21,20 @@ Array = NDArray[np.float64]
 class Laws:
     """Columns of candidates at their joints; once made, they serve every later step.
 
-    Those of friction that depends on the load depend on what the model makes of that: on its parameters ``p``.
+    Those of friction that depends on the load depend on what the model makes of that: on its parameters ``p``. Above
+    ``motion`` (Hz) the recorded motion is noise.
     """
 
     def __init__(
-        self, probes: Mapping[Key, Probe], bench: Workbench, joints: Sequence[str], frictions: Sequence[Friction] = ()
+        self,
+        probes: Mapping[Key, Probe],
+        bench: Workbench,
+        joints: Sequence[str],
+        frictions: Sequence[Friction],
+        motion: float,
     ) -> None:
         self.probes, self.bench, self.joints, self.frictions = probes, bench, tuple(joints), tuple(frictions)
+        self.motion = motion
         self._axes: dict[str, list[list[float]]] = {}
         self._known: dict[tuple[str, tuple[float, ...]], Array] = {}
         self._under: dict[str, tuple[bytes, Array]] = {}  # of a candidate, the last, and under which parameters
@@ -48,14 +56,18 @@ class Laws:
         return self._known[key]
 
     def load(self, joint: int, p: Array) -> Array:
-        """(N,) effort that passes through a joint: what the model needs there, less its friction."""
+        """(N,) effort that passes through a joint: what the model needs there, less its friction.
+
+        Accelerations carry the noise of positions, quicker than the motion. What is linear in them loses it in the
+        analysis band; the size of a load would turn it into more load, in the course of what is left.
+        """
         seen = self.bench.observation
         load = (seen.tau - self.bench.raw_residual(p))[:, joint]
         for friction in self.frictions:
             if self.joint(friction.law) == joint:
                 values = friction.at(p, self.bench.index)
                 load = load - self.probes[key_of(friction.law)].force(friction.law.effect, values, seen, joint)
-        return np.asarray(load)
+        return smoothed(load, seen.segments, seen.rate, self.motion)
 
     def _columns(self, candidate: Candidate, shapes: Sequence[float], load: Array | None = None) -> Array:
         probe, joint = self.probes[key_of(candidate)], self.joint(candidate)

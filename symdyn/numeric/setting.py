@@ -105,7 +105,7 @@ class Setting:
         return self._of(Workbench(self.kernel, seen, band_of(cutoff, seen.rate)))
 
     def _of(self, bench: Workbench) -> Laws:
-        return Laws(self.probes, bench, self.joints, frictions(self.robot))
+        return Laws(self.probes, bench, self.joints, frictions(self.robot), self.seen.cutoff)
 
 
 def prepare(

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-import numpy as np
-
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.explanation import LEVEL, Explanation, akin
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.regression import likelier, log_loss
-from symdyn.numeric.search import Search, within
+from symdyn.numeric.search import Search
 
 BEST = 3  # pairs that are fitted
 Pair = tuple[Candidate, Candidate]
@@ -38,8 +36,7 @@ def pair_that_earns(inquiry: Inquiry, search: Search, proposed: Sequence[Candida
             after = case.explain((*current.found, *((c, ()) for c in pair)), current)
         except NumericalError:
             continue
-        fitted = after.fitted[-2:]
-        admissible = all(within(c.linear, np.array(f.coefficients)) for c, f in zip(pair, fitted, strict=True))
-        if admissible and all(case.certain(c, after) for c in pair) and case.earns(current, after):
+        bounded = any(case.bounded(c, after) for c in pair)
+        if not bounded and all(case.certain(c, after) for c in pair) and case.earns(current, after):
             return pair, after
     return None
