@@ -21,6 +21,7 @@ from symdyn.numeric.leftover import leftover
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.rounding import left_by_steps
+from symdyn.numeric.sizes import sizes
 from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
@@ -135,12 +136,12 @@ def _absorbing(case: Case, final: Explanation) -> list[str]:
     Of all values that a recording cannot tell apart, a fit takes those nearest to the model's. Where those are far,
     no near ones would do.
     """
-    limits, told = bounds(case.robot), []
+    limits, known, told = bounds(case.robot), sizes(case.robot), []
     for name, estimate in case.model_parameters(final).items():
         value, given = estimate.value, float(case.bench.kernel.values[case.bench.index[name]])
         if name in limits and value <= limits[name][0]:
             told.append(f"{name} ran to its lower bound {limits[name][0]:.3g}: it may be absorbing missing structure")
-        elif name not in case.unknown and abs(value - given) > FAR * SPREAD * abs(given) > 0.0:
+        elif name not in case.unknown and abs(value - given) > FAR * SPREAD * known.get(name, abs(given)) > 0.0:
             told.append(f"{name} went from {given:.3g} to {value:.3g}: it may be absorbing missing structure")
     for candidate, _ in final.found:
         for schema in case.bounded(candidate, final):

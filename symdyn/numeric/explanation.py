@@ -15,6 +15,7 @@ from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import fit_linear, likelier, solve_linear
 from symdyn.numeric.search import EARNS
+from symdyn.numeric.sizes import sizes
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
@@ -174,7 +175,7 @@ class Case:
         self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array
     ) -> tuple[Array, list[Fitted], float]:
         """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``."""
-        limits = bounds(self.robot)
+        limits, known = bounds(self.robot), sizes(self.robot)
         names = [c.parameter(s) for c, _ in found for s in c.linear]
         for candidate, _ in found:
             limits |= candidate_bounds(candidate)
@@ -183,7 +184,7 @@ class Case:
         for _ in range(TURNS if loaded else 1):
             added = self._added(self.laws, found, state, p)
             p, start = minimise(
-                self.bench, p, self.own, added, start, names, weight, limits, self.spread, self.unknown, weighed
+                self.bench, p, self.own, added, start, names, weight, limits, known, self.spread, self.unknown, weighed
             )
         done, at = [], 0
         for f in state:

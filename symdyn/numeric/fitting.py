@@ -13,6 +13,7 @@ from symdyn.base import errors
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.fold import Folded, Plain, Problem
 from symdyn.numeric.regression import LinearFit, fit_linear, solve_bounded
+from symdyn.numeric.sizes import sized
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -38,21 +39,30 @@ class Fit:
 
 
 Bounds = Mapping[str, tuple[float, float]]
+Sizes = Mapping[str, float]
 
 
-def fit(bench: Workbench, p: Array, names: Sequence[str], weight: Array, bounds: Bounds | None = None) -> Fit:
+def fit(
+    bench: Workbench,
+    p: Array,
+    names: Sequence[str],
+    weight: Array,
+    bounds: Bounds | None = None,
+    sizes: Sizes | None = None,
+) -> Fit:
     """Minimise the weighted residual over the named parameters, starting from ``p``.
 
     ``weight`` (n,) per joint. Directions that the recording does not excite keep their start values.
     Inverse dynamics is linear in most parameters, so one or two iterations are the rule. ``bounds``
-    holds (lower, upper) of the parameters that have any: a mass is not negative, whatever fits.
+    holds (lower, upper) of the parameters that have any: a mass is not negative, whatever fits; ``sizes`` those of
+    which the values do not tell it.
 
     Raises NumericalError (SD612) if the iteration does not settle.
     """
     if not names:
         return Fit((), p.copy(), LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool)))
     none = np.zeros((*bench.effort.shape, 0))
-    p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {})
+    p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {}, sizes or {})
     residual, columns = bench.residual(p), bench.columns(p, names)
     if bench.passive.joints:
         columns = columns + eased(bench, p, names, residual)
@@ -69,19 +79,20 @@ def minimise(
     added_names: Sequence[str],
     weight: Array,
     bounds: Bounds,
+    sizes: Sizes,
     spread: float = np.inf,
     unknown: frozenset[str] = frozenset(),
     weighed: Array | None = None,
 ) -> tuple[Array, Array]:
     """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
 
-    ``spread``: standard deviation, as a share of their values, that the kernel's own parameters are thought to
-    have in the model as given. Wide as it is, it decides along directions that a recording hardly tells.
+    ``spread``: standard deviation, as a share of their ``sizes`` (of their values where those are not told), that the
+    kernel's own parameters are thought to have in the model as given. Wide as it is, it decides along directions that
+    a recording hardly tells.
     Of ``unknown`` ones nothing is thought. ``weighed``: parameters at which residuals have the size that the weights
     are for, those of the start if None; what no effort drives has it from the inertia (``Passive``).
     """
-    size = len(p)
-    where = [*(bench.index[name] for name in names), *range(size, size + len(start))]
+    where = [*(bench.index[name] for name in names), *range(len(p), len(p) + len(start))]
     x0 = np.concatenate([p, start])
     if not where:
         return p.copy(), start.copy()
@@ -92,12 +103,13 @@ def minimise(
     problem: Problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
     given = given[where[: len(names)]]
     own = np.array([0.0 if name in unknown else 1.0 for name in names])
-    pull = np.concatenate([own / (spread * _sizes(given)), np.zeros(len(start))])
+    pull = np.concatenate([own / (spread * sized(names, given, sizes)), np.zeros(len(start))])
     thought = np.concatenate([given, start])
     if bench.passive.joints:
         problem = _Sized(problem, bench, names, bench.passive.inertia(p if weighed is None else weighed))
-    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits)
-    return x[:size], x[size:]
+    size = sized([*names, *added_names], x0[where], sizes)
+    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits, size)
+    return x[: len(p)], x[len(p) :]
 
 
 def eased(bench: Workbench, p: Array, names: Sequence[str], residual: Array) -> Array:
@@ -164,9 +176,9 @@ class _Weighted:
         return float(np.sum(self.residual(part) ** 2))
 
 
-def _minimise(problem: _Weighted, limits: tuple[Array, Array]) -> Array:
+def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array) -> Array:
     part = problem.x[problem.where]
-    size, previous = _sizes(part), problem.loss(part)
+    previous = problem.loss(part)
     for _ in range(MAX_ITERATIONS):
         columns, target = problem.columns(part)[:, None], problem.residual(part)[:, None]
         step = solve_bounded(columns, target, size, limits[0] - part, limits[1] - part)
@@ -208,12 +220,6 @@ def _line_search(problem: _Weighted, part: Array, step: Array, previous: float) 
             return trial, loss
         scale /= 2.0
     return part, previous
-
-
-def _sizes(values: Array) -> Array:
-    """Natural sizes of parameters: their values, so that what the data do not tell stays in proportion."""
-    sizes = np.abs(values)
-    return np.where(sizes > 0, sizes, max(float(sizes.max(initial=0.0)), 1.0))
 
 
 def joint_weight(residual: Array, effort: Array) -> Array:

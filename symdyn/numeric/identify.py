@@ -18,6 +18,7 @@ from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.sizes import sizes
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
 
@@ -84,9 +85,9 @@ def fitted(
     values = kernel.values
     names = [n for n in fitted_parameters(robot) if np.any(wide.columns(values, [n]))]
     seen = wide.observation
-    start = fit(wide, values, names, joint_weight(seen.tau, seen.tau), bounds(robot))
+    start = fit(wide, values, names, joint_weight(seen.tau, seen.tau), bounds(robot), sizes(robot))
     chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
     seen = read(observe(robot, kernel, recording, 5.0 * chosen.cutoff), declared(robot))
     bench = Workbench(kernel, seen, chosen)
     weight = joint_weight(bench.residual(start.p), bench.effort)
-    return Fitted(bench, fit(bench, values, names, weight, bounds(robot)), weight)
+    return Fitted(bench, fit(bench, values, names, weight, bounds(robot), sizes(robot)), weight)

@@ -20,6 +20,7 @@ from symdyn.numeric.probe import Key, Probe, probes
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.sizes import sizes
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
@@ -85,9 +86,8 @@ class Setting:
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""
         bench = self.whole.bench
-        start = fit(
-            bench, self.kernel.values, self.own, joint_weight(bench.reference, bench.reference), bounds(self.robot)
-        )
+        robot, alike = self.robot, joint_weight(bench.reference, bench.reference)
+        start = fit(bench, self.kernel.values, self.own, alike, bounds(robot), sizes(robot))
         return analysis_band(bench.raw_residual(start.p), bench.observation).cutoff
 
     def left(self, current: Explanation) -> float:

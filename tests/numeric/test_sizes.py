@@ -1,0 +1,43 @@
+"""How large a fit takes parameters to be whose values do not tell it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.sizes import sized, sizes
+
+TEXT = """
+[robot]
+name = "arm"
+gravity = [0, 0, -9.81]
+
+[parameters]
+m = "2 kg"
+x = "0.3 m"
+y = "0 m"
+z = "0.4 m"
+xx = "0.04 kg m^2"
+yy = "0.09 kg m^2"
+zz = "0.1 kg m^2"
+xy = "0.001 kg m^2"
+
+[dh]
+rows = [["q", 0, 0, 0]]
+
+[[joint]]
+name = "turn"
+link = { mass = "m", com = ["x", "y", "-z"], inertia = { xx = "xx", yy = "yy", zz = "zz", xy = "xy" } }
+"""
+
+
+def test_a_coordinate_is_as_large_as_its_vector_and_a_product_as_its_moments() -> None:
+    found = sizes(robot_from_text(TEXT, "arm.toml"))
+    assert found == {name: pytest.approx(0.5) for name in "xyz"} | {"xy": pytest.approx(math.sqrt(0.04 * 0.09))}
+
+
+def test_of_all_else_its_value_tells() -> None:
+    np.testing.assert_array_equal(sized(["m", "x", "b"], np.array([2.0, 0.1, 0.0]), {"x": 0.5}), [2.0, 0.5, 2.0])
