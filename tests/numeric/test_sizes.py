@@ -17,26 +17,28 @@ gravity = [0, 0, -9.81]
 
 [parameters]
 m = "2 kg"
-x = "0.3 m"
-y = "0 m"
-z = "0.4 m"
-xx = "0.04 kg m^2"
-yy = "0.09 kg m^2"
-zz = "0.1 kg m^2"
-xy = "0.001 kg m^2"
+c_x = "0.3 m"
+c_y = "0 m"
+c_z = "0.4 m"
+I_xx = "0.04 kg m^2"
+I_yy = "0.09 kg m^2"
+I_zz = "0.1 kg m^2"
+I_xy = "0.001 kg m^2"
 
 [dh]
 rows = [["q", 0, 0, 0]]
 
 [[joint]]
 name = "turn"
-link = { mass = "m", com = ["x", "y", "-z"], inertia = { xx = "xx", yy = "yy", zz = "zz", xy = "xy" } }
+link = { mass = "m", com = ["c_x", "c_y", "-c_z"], inertia = { xx = "I_xx", yy = "I_yy", zz = "I_zz", xy = "I_xy" } }
 """
 
 
 def test_a_coordinate_is_as_large_as_its_vector_and_a_product_as_its_moments() -> None:
     found = sizes(robot_from_text(TEXT, "arm.toml"))
-    assert found == {name: pytest.approx(0.5) for name in "xyz"} | {"xy": pytest.approx(math.sqrt(0.04 * 0.09))}
+    assert found == {f"c_{axis}": pytest.approx(0.5) for axis in "xyz"} | {
+        "I_xy": pytest.approx(math.sqrt(0.04 * 0.09))
+    }
 
 
 def test_of_all_else_its_value_tells() -> None:
