@@ -108,5 +108,6 @@ def _let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
 def _joined(quiet: Noise, unknown: Noise) -> Noise:
     """Noise of sensors and inputs, and beside it the unknown forces of another."""
     k = unknown.inputs
-    power, decay = (np.concatenate([getattr(quiet, x)[:k], getattr(unknown, x)[k:]]) for x in ("power", "decay"))
-    return replace(unknown, r=quiet.r, power=power, decay=decay)
+    pairs = ((getattr(quiet, x)[:k], getattr(unknown, x)[k:]) for x in ("power", "decay", "most"))
+    power, decay, most = (np.concatenate(pair) for pair in pairs)
+    return replace(unknown, r=quiet.r, power=power, decay=decay, most=most)

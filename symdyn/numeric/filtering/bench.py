@@ -27,21 +27,24 @@ class Noise:
     """Variances ``r`` (m,) of the measurements, and latent forces: Ornstein-Uhlenbeck processes.
 
     ``directions`` (np, l) says along which parameters each force acts, ``decay`` (l,) in 1/s is the inverse of its
-    correlation time, ``power`` (l,) its variance. The first ``inputs`` of them are the noise of the inputs, which
-    is all but white: rounding, and what an input does between two samples.
+    correlation time, ``power`` (l,) its variance, which a fit takes to ``most`` (l,) at most. The first ``inputs`` of
+    them are the noise of the inputs and of the equations, which is all but white: rounding, what an input does between
+    two samples, what a step of the filter leaves out.
     """
 
     r: Array
     directions: Array
     decay: Array
     power: Array
+    most: Array
     inputs: int = 0
 
     @property
     def quiet(self) -> Noise:
-        """Without any force but the noise of the inputs."""
+        """Without any force but the noise of the inputs and of the equations."""
         k = self.inputs
-        return Noise(self.r, self.directions[:, :k].copy(), self.decay[:k].copy(), self.power[:k].copy(), k)
+        decay, power, most = (x[:k].copy() for x in (self.decay, self.power, self.most))
+        return Noise(self.r, self.directions[:, :k].copy(), decay, power, most, k)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

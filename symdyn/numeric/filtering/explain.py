@@ -164,14 +164,24 @@ def step(
 
 
 def ready(model: Model, current: Explanation) -> list[Candidate]:
-    """Hypotheses that are neither found nor part of the model, and whose base is there."""
+    """Hypotheses that are neither found nor part of the model, and whose base is there.
+
+    A base may be anywhere on the joint's drive: what moves together rubs together, and a model has it where it was
+    convenient.
+    """
     there = [(c.effect, c.place.address) for c, _ in current.found] + [(e.type, e.at) for e in model.robot.effects]
     here = {(effect, at) for effect, place in there for at in same_place(model.robot, place)}
+    drives = {(effect, _joint(at)) for effect, at in here}
     return [
         c
         for c in model.proposed
-        if (c.effect, c.place.address) not in here and (c.builds_on is None or (c.builds_on, c.place.address) in here)
+        if (c.effect, c.place.address) not in here
+        and (c.builds_on is None or (c.builds_on, _joint(c.place.address)) in drives)
     ]
+
+
+def _joint(address: str) -> str:
+    return address.partition(".")[0]
 
 
 def _covers(current: Explanation) -> bool:

@@ -29,7 +29,7 @@ PRIOR = 0.4  # standard deviation of the logarithm of a given parameter: a data 
 SHARPNESS = 5e-5  # width over which friction turns, as part of the usual speed
 FIRST_NOISE = 1e-2  # of each channel's deviation: a start, fitted then
 FIRST_INPUT = 1e-3  # of each input's deviation, likewise
-FIRST_FORCE = 1e-6  # of the square of what moves the machine: noise of its equations, likewise
+FIRST_FORCE = 1e-6  # of the square of what moves the machine: noise of its equations, likewise, and at most
 FIRST_DECAY = 20.0  # 1/s of a latent force, likewise
 FASTEST_STEP = 2e-3  # s: longer samples are filtered in substeps
 
@@ -114,7 +114,7 @@ def prepare(
 def without_latent(model: Model, signals: Signals) -> Noise:
     """Noise of sensors, inputs and of the equations of the joints (what their steps leave out), at a first guess."""
     r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
-    directions, power = [], []
+    directions, power, most = [], [], []
     for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
         joint = joint_of(model.robot, name)
         circuit = joint.drive.motor if joint.drive else None
@@ -124,14 +124,16 @@ def without_latent(model: Model, signals: Signals) -> Noise:
             gain = 1.0 if at != joint.name or joint.actuator is None else number(model.robot, joint.actuator.gain)
             directions.append(found * gain)
             power.append((FIRST_INPUT * float(np.std(values))) ** 2)
+            most.append(math.inf)
     for joint in model.robot.joints:
         found = next((x.direction for x in model.latents if x.place == joint.name), None)
         if found is not None and not any(np.array_equal(found, d) for d in directions):
             directions.append(found)
             power.append(FIRST_FORCE * natural_force(model, signals, found) ** 2)
+            most.append(power[-1])
     decay = np.full(len(power), FASTEST / float(np.nanmedian(signals.steps)))
     columns = np.array(directions).T if directions else np.zeros((len(model.kernel.parameters), 0))
-    return Noise(r, np.ascontiguousarray(columns), decay, np.array(power), len(power))
+    return Noise(r, np.ascontiguousarray(columns), decay, np.array(power), np.array(most), len(power))
 
 
 def natural_force(model: Model, signals: Signals, direction: Array) -> float:
@@ -156,6 +158,7 @@ def with_latent(noise: Noise, latent: Latent, power: float) -> Noise:
         directions=np.column_stack([base.directions, latent.direction]),
         decay=np.append(base.decay, FIRST_DECAY),
         power=np.append(base.power, power),
+        most=np.append(base.most, np.inf),
     )
 
 

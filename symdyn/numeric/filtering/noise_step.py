@@ -31,7 +31,7 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
     longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
     slowest = np.where(np.arange(forces) < noise.inputs, shortest, longest)
     lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
-    upper = np.concatenate([np.full(len(noise.r) + forces, np.inf), np.full(forces, shortest)])
+    upper = np.concatenate([np.full(len(noise.r), np.inf), noise.most, np.full(forces, shortest)])
     lower, upper = np.log(lower), np.log(upper)
     m = len(noise.r)
     free = np.flatnonzero(upper > lower)

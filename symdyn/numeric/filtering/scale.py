@@ -38,7 +38,8 @@ def as_believed(bench: FilterBench, p: Array, loss: float, beliefs: Beliefs) -> 
     trial = p.copy()
     trial[forces] *= factor
     pushed = ~np.any(bench.noise.directions[~heavy], axis=0)  # unknown forces grow along
-    noise = replace(bench.noise, power=np.where(pushed, factor**2, 1.0) * bench.noise.power)
+    larger = np.where(pushed, factor**2, 1.0)
+    noise = replace(bench.noise, power=larger * bench.noise.power, most=larger * bench.noise.most)
     scaled = bench.with_noise(noise)
     found = scaled.filtered(trial).loss + penalty(trial, bench.index, beliefs)
     return (scaled, trial, found) if found < loss else (bench, p, loss)

@@ -95,6 +95,7 @@ class Concealed:
     distance: float = 0.05  # rad
     unbalance: float = 0.0  # N m at the most, which hangs at rest at the angle 0
     push: float = 0.0  # N m, always the same way
+    gusts: float = 0.0  # N m at the most, a tenth of a second each, when nothing of the machine's own calls for them
     late: float = 0.0  # s, of the voltage behind its command
     offset: float = 0.0  # A, of the ammeter
     lag: float = 0.0  # s, of the tachometer
@@ -115,13 +116,14 @@ def record(path: Path, robot: Robot, seed: int, **concealed: float) -> Recording
     table = np.zeros((count, 3))
     inertia = J_M if c.stiffness else J_M + J_L
     behind = round(c.late / h)
+    gust = c.gusts * np.repeat(rng.uniform(-1.0, 1.0, round(DURATION / 0.1)), round(0.1 / STEP)) if c.gusts else 0.0 * u
     for k in range(count):
         table[k] = current, x, shown if c.lag else v
         for j in range(FINE):
             applied = u[max(k * FINE + j - behind, 0) // FINE]
             current += h / L * (applied - R * current - K_E * v)
             twist = c.stiffness * (x - load) + 2e-3 * (v - load_speed) if c.stiffness else 0.0
-            torque = K_T * current + c.push - c.dahl * bristle - c.unbalance * np.sin(x)
+            torque = K_T * current + c.push + gust[k] - c.dahl * bristle - c.unbalance * np.sin(x)
             v += h / inertia * (torque - (twist if c.stiffness else B * v))
             dry = c.coulomb * h / inertia
             v = np.sign(v) * max(abs(v) - dry, 0.0)

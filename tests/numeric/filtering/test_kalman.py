@@ -59,7 +59,8 @@ def noise(kernel: Kernel, forces: int) -> Noise:
     directions = np.zeros((len(kernel.parameters), forces))
     if forces:
         directions[kernel.parameters.index("K_T"), 0] = 1.0
-    return Noise(np.array([1e-3, 1e-5, 1e-4]), directions, np.full(forces, 30.0), np.full(forces, 1e-4))
+    decay, power, most = (np.full(forces, value) for value in (30.0, 1e-4, np.inf))
+    return Noise(np.array([1e-3, 1e-5, 1e-4]), directions, decay, power, most)
 
 
 def by_hand(kernel: Kernel, bench: FilterBench, p: Array) -> tuple[float, Array]:
@@ -106,7 +107,7 @@ def test_innovations_and_likelihood_are_those_of_a_textbook_filter(kernel: Kerne
 
 def test_sensitivities_of_a_simulation_are_its_differences(kernel: Kernel) -> None:
     """A filter that does not listen is a simulation: what the sensitivities leave out, changing gains, is zero."""
-    deaf = Noise(np.full(3, DEAF), *(lambda x: (x.directions, x.decay, x.power))(noise(kernel, 0)))
+    deaf = Noise(np.full(3, DEAF), *(lambda x: (x.directions, x.decay, x.power, x.most))(noise(kernel, 0)))
     bench, p = FilterBench(kernel, made(kernel), deaf), linear(kernel)
     names = ("R", "K_E", "J_4", "c_3", "d_6", "K_Et")
     slopes = bench.filtered(p, names).slopes
