@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +26,19 @@ NEAR = 200.0  # nats behind the best: forces that are fitted further
 APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Place:
     """An unknown force at one place, with everything else fitted again. ``gain`` in nats over none at all."""
 
     latent: Latent
     fit: MLFit
     gain: float
+
+    @cached_property
+    def samples(self) -> Array:
+        """(N,) log-likelihood of each training sample."""
+        done = self.fit.bench.filtered(self.fit.p)
+        return np.asarray(-0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1))
 
 
 def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
@@ -61,16 +68,9 @@ def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[
 
 def together(place: Place, places: Sequence[Place]) -> tuple[str, ...]:
     """Places that the recording cannot tell from this one: the likelihood of neither is certainly higher."""
-    own = samples(place.fit)
     return tuple(
-        p.latent.place for p in places if p is place or (p.gain > 0 and not certainly_apart(own, samples(p.fit)))
+        p.latent.place for p in places if p is place or (p.gain > 0 and not certainly_apart(place.samples, p.samples))
     )
-
-
-def samples(of: MLFit) -> Array:
-    """(N,) log-likelihood of each training sample."""
-    done = of.bench.filtered(of.p)
-    return np.asarray(-0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1))
 
 
 def certainly_apart(first: Array, second: Array) -> bool:

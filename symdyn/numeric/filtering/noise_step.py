@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise
+from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise, Pass
 from symdyn.numeric.filtering.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
 LONGEST = 2.0  # step of such a logarithm
 NOTHING, BACK = 1e-2, 0.1  # of an innovation's variance: a sensor's that has no slope any more, and what it gets back
+TOO_LITTLE = 0.05  # nats that a step promises: less is not worth a run of the filter
 FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
 
 
@@ -23,22 +24,13 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
 
     Scoring is in logarithms of variances and decays, its slopes difference quotients.
     """
-    bench, loss = _brought_back(bench, p, loss)
-    noise = bench.noise
-    values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
-    step = float(np.nanmedian(bench.signals.steps))
-    forces = len(noise.power)
-    longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
-    slowest = np.where(np.arange(forces) < noise.inputs, shortest, longest)
-    lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
-    upper = np.concatenate([np.full(len(noise.r), np.inf), noise.most, np.full(forces, shortest)])
-    lower, upper = np.log(lower), np.log(upper)
-    m = len(noise.r)
-    free = np.flatnonzero(upper > lower)
-    probes = [_noise(noise, values + PROBE * unit, m) for unit in np.eye(len(values))[free]]
-    halves = side_by_side(lambda half: bench.beside(p, half), (probes[::2], probes[1::2]))
-    here, runs = halves[0][0], [run for half in halves for run in half[1:]]
-    free = np.concatenate([free[::2], free[1::2]])
+    probed = _probed(bench, p)
+    back, after = _brought_back(bench, p, loss, probed[0])
+    if after < loss:
+        bench, loss, probed = back, after, _probed(back, p)
+    here, free, runs = probed
+    noise, m = bench.noise, len(bench.noise.r)
+    values, lower, upper = _logarithms(noise), *_limits(bench)
     sound = np.array([np.isfinite(there.loss) for there in runs], dtype=bool)  # a covariance may not stay positive
     if not np.isfinite(here.loss) or not sound.any():
         return bench, loss
@@ -48,12 +40,15 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
     d = np.array([((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs])
     fisher = 0.5 * s @ s.T + d @ d.T
     fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
-    # half the probe off: the quotient is that of the middle
+    gradient -= 0.5 * PROBE * np.diag(fisher)  # half the probe off: the quotient is that of the middle
     change = np.zeros(len(values))
-    change[free] = np.clip(-np.linalg.solve(fisher, gradient - 0.5 * PROBE * np.diag(fisher)), -LONGEST, LONGEST)
+    change[free] = np.clip(-np.linalg.solve(fisher, gradient), -LONGEST, LONGEST)
     factor = 1.0
     while factor > 0.05:
         moved = np.clip(values + factor * change, lower, upper)
+        step = (moved - values)[free]
+        if -step @ (gradient + 0.5 * fisher @ step) < TOO_LITTLE:
+            break
         trial = bench.with_noise(_noise(noise, moved, m))
         found = trial.filtered(p).loss
         if found < loss:
@@ -62,13 +57,33 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
     return bench, loss
 
 
-def _brought_back(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, float]:
+def _probed(bench: FilterBench, p: Array) -> tuple[Pass, Array, list[Pass]]:
+    """The filter as it is; which logarithms may move; and a run with each of those a little larger."""
+    values, (lower, upper), m = _logarithms(bench.noise), _limits(bench), len(bench.noise.r)
+    free = np.flatnonzero(upper > lower)
+    probes = [_noise(bench.noise, values + PROBE * unit, m) for unit in np.eye(len(values))[free]]
+    halves = side_by_side(lambda half: bench.beside(p, half), (probes[::2], probes[1::2]))
+    return halves[0][0], np.concatenate([free[::2], free[1::2]]), [run for half in halves for run in half[1:]]
+
+
+def _limits(bench: FilterBench) -> tuple[Array, Array]:
+    """Of the logarithms; where they are the same nothing is fitted."""
+    noise, step = bench.noise, float(np.nanmedian(bench.signals.steps))
+    forces = len(noise.power)
+    longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
+    slowest = np.where(np.arange(forces) < noise.inputs, shortest, longest)
+    lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
+    upper = np.concatenate([np.full(len(noise.r), np.inf), noise.most, np.full(forces, shortest)])
+    return np.log(lower), np.log(upper)
+
+
+def _brought_back(bench: FilterBench, p: Array, loss: float, here: Pass) -> tuple[FilterBench, float]:
     """Sensors whose noise an input took over, as long as something was missing, may want some of it back.
 
     In logarithms a variance of next to nothing has no slope: no later step would find that out.
     """
     with np.errstate(over="ignore"):  # of a filter that runs away
-        shown = np.nanmean(bench.filtered(p).innovations ** 2, axis=0)
+        shown = np.nanmean(here.innovations**2, axis=0)
     for i in np.flatnonzero(bench.noise.r < NOTHING * shown):
         r = bench.noise.r.copy()
         r[i] = BACK * shown[i]
@@ -82,7 +97,7 @@ def _brought_back(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBenc
 def _farther(bench: FilterBench, p: Array, change: Array, lower: Array, loss: float) -> tuple[FilterBench, float]:
     """Variances that fell far go on falling, twice as far each time, as long as that pays."""
     noise, m = bench.noise, len(bench.noise.r)
-    values = np.log(np.concatenate([noise.r, noise.power, noise.decay]))
+    values = _logarithms(noise)
     falling = np.where((change < -FALLING) & (np.arange(len(change)) < m + len(noise.power)), change, 0.0)
     while falling.any():
         values = np.maximum(values + falling, lower)
@@ -92,6 +107,10 @@ def _farther(bench: FilterBench, p: Array, change: Array, lower: Array, loss: fl
             break
         bench, loss, falling = trial, found, 2.0 * falling
     return bench, loss
+
+
+def _logarithms(noise: Noise) -> Array:
+    return np.asarray(np.log(np.concatenate([noise.r, noise.power, noise.decay])))
 
 
 def _noise(noise: Noise, logs: Array, m: int) -> Noise:

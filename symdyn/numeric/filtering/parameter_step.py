@@ -18,6 +18,7 @@ AGAIN = 1.0  # damping after a step that led nowhere
 LONGEST = 2.0  # step of a logarithm
 RELATIVE = 0.7  # of a value, up to which a step is one of its logarithm
 MODEST = 1e-6  # curvature that is added where there is none at all
+TOO_LITTLE = 0.05  # nats that a step promises: less is not worth a run of the filter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +63,8 @@ def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: 
     while damping < MOST_DAMPED:
         damped = normal + damping * np.diag(np.diag(normal) + MODEST)
         step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
+        if step @ (slope - 0.5 * (normal @ step)) < TOO_LITTLE:  # with more damping it promises even less
+            return None
         trial = p.copy()
         if np.max(np.abs(step[positive]), initial=0.0) < LONGEST:
             trial[where] = [_moved(b, x, by) for b, x, by in zip(known, here, scale * step, strict=True)]

@@ -52,18 +52,19 @@ def scores(
         zip(bench.kernel.coordinates, np.quantile(np.abs(base.states[:, n : 2 * n]), 0.99, axis=0), strict=True)
     )
     fastest = max(speeds.values())
-    by_shape: dict[float, list[Candidate]] = {}
+    runs: list[list[tuple[Candidate, float]]] = []  # with the first shape of each hypothesis, with the second, ...
     tests: dict[str, int] = {}
     for candidate in proposed:
         values = shape_values(candidate, bench.signals, float(speeds.get(candidate.place.address, fastest)))
         tests[candidate.label] = len(values)
-        for value in values:
-            by_shape.setdefault(0.0 if np.isnan(value) else float(value), []).append(candidate)
+        runs += [[] for _ in range(len(values) - len(runs))]
+        for members, value in zip(runs, values, strict=False):
+            members.append((candidate, float(value)))
     best: dict[str, Score] = {}
     left = Left.of(bench, p, own)
-    progress(f"{len(proposed)} hypotheses in {len(by_shape)} shapes")
-    for value, members in sorted(by_shape.items(), key=lambda item: item[0]):
-        for score in _at(bench, p, value, members, tests, left):
+    progress(f"{len(proposed)} hypotheses in {sum(tests.values())} shapes")
+    for members in runs:
+        for score in _at(bench, p, members, tests, left):
             label = score.candidate.label
             if label not in best or score.gain > best[label].gain:
                 best[label] = score
@@ -111,25 +112,27 @@ def whitened(done: Pass) -> Array:
 
 
 def _at(
-    bench: FilterBench, p: Array, value: float, members: Sequence[Candidate], tests: dict[str, int], left: Left
+    bench: FilterBench, p: Array, members: Sequence[tuple[Candidate, float]], tests: dict[str, int], left: Left
 ) -> list[Score]:
-    """Hypotheses that are linear, at one value of their shapes; those of shape alone, one by one."""
+    """Hypotheses that are linear, each at one value of its shape, in one run; those of shape alone, one by one.
+
+    At their null values none of them moves the machine: a run serves them all, whatever their shapes are.
+    """
     found = []
-    linear = [c for c in members if c.linear]
+    linear = [(c, value) for c, value in members if c.linear]
     if linear:
         moved = p.copy()
-        for c in linear:
-            for schema in c.shapes:
-                moved[bench.index[c.parameter(schema)]] = value
-        names = tuple(c.parameter(s) for c in linear for s in c.linear)
+        for c, value in linear:
+            moved[[bench.index[c.parameter(schema)] for schema in c.shapes]] = value
+        names = tuple(c.parameter(s) for c, _ in linear for s in c.linear)
         columns = whitened(bench.filtered(moved, names)).reshape(-1, len(names))
         first = 0
-        for c in linear:
+        for c, value in linear:
             own = columns[:, first : first + len(c.linear)]
             first += len(c.linear)
             gain, estimate, _ = left.explained(own, *_limits(c))
             found.append(Score(c, value if c.shapes else None, gain, estimate, tests[c.label]))
-    for c in members:
+    for c, value in members:
         if not c.linear and c.shapes:
             moved = p.copy()
             moved[[bench.index[c.parameter(schema)] for schema in c.shapes]] = value
