@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 GRAVITY, PAYLOAD = "gravity", "payload"
 AXES = ("x", "y", "z")
 COM = tuple(f"com_{axis}" for axis in AXES)
+STRONGEST = 30.0  # m/s^2, three times that of Earth: masses may be given too small; beyond it takes up something else
 LEAST_MASS = 0.01  # of the link that carries it: a search for a payload begins at no less
 
 
@@ -54,6 +56,9 @@ class Numbers(Protocol):
     def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
         """Where a fit begins, if not at what is written, by what a linear one finds."""
 
+    def credible(self, fitted: Mapping[str, float]) -> bool:
+        """Whether a machine on Earth may have such numbers."""
+
 
 @dataclass(frozen=True, slots=True)
 class GravityVector:
@@ -76,6 +81,9 @@ class GravityVector:
 
     def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
         return {}
+
+    def credible(self, fitted: Mapping[str, float]) -> bool:
+        return math.hypot(*fitted.values()) < STRONGEST
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +111,9 @@ class PointPayload:
         mass = max(float(step[0]), LEAST_MASS * (value_of(link.mass, numbers) or 1.0))
         return {"mass": mass} | {name: float(first) / mass for name, first in zip(COM, step[1:], strict=True)}
 
+    def credible(self, fitted: Mapping[str, float]) -> bool:
+        return True
+
 
 def numbers_of(effect: str, place: str) -> Numbers:
     return GravityVector() if effect == GRAVITY else PointPayload(place)
@@ -129,7 +140,7 @@ class Freed:
         bench = Workbench(setting.kernel, old.observation, old.band)
         return [bench.columns(self._values(inquiry, setting, self.numbers.unit), tuple(names.values()))]
 
-    def revised(self, inquiry: Inquiry, tried: int) -> Inquiry:
+    def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         current, columns = inquiry.current, self.columns(inquiry)[tried]
         design = np.concatenate([current.design, columns], axis=2)
         step = fit_linear(design * current.weight[:, None], current.training * current.weight).estimate
@@ -141,7 +152,10 @@ class Freed:
         setting = setting.with_revision(revised)
         case = setting.case(*inquiry.band)
         near = replace(current, fit=replace(current.fit, p=start))
-        return replace(inquiry, setting=setting, case=case, current=case.explain(current.found, near))
+        after = case.explain(current.found, near)
+        if not self.numbers.credible({what: float(after.fit.p[case.bench.index[n]]) for what, n in names.items()}):
+            return None
+        return replace(inquiry, setting=setting, case=case, current=after)
 
     def refitted(self, inquiry: Inquiry) -> None:
         return None

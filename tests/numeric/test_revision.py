@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
@@ -128,6 +129,20 @@ def test_gravity_that_the_model_leaves_out_is_found() -> None:
     assert pull["y"].value == pytest.approx(-GRAVITY, rel=0.01)
     assert abs(pull["x"].value) < 0.1
     assert not found.remaining.structured
+
+
+def test_gravity_that_no_place_on_earth_has_is_refused() -> None:
+    """Three times that of Earth may stand for masses given too small; more takes up something else."""
+    assert all(GravityVector().credible({"x": 0.3, "y": y, "z": 0.1}) for y in (-GRAVITY, -1.62, -25.0))
+    assert not GravityVector().credible({"x": 0.3, "y": -26.0 * GRAVITY, "z": 0.1})
+
+
+def test_a_revision_that_is_not_credible_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same recordings as above, with the limit below what they need."""
+    monkeypatch.setattr("symdyn.numeric.freed.STRONGEST", 5.0)
+    robot = robot_from_text(set_gravity(ARM_OF_TWO, (0.0, 0.0, 0.0)), "two.toml")
+    found = diagnose(robot, run(1), run(2))
+    assert "gravity" not in {f.effect for f in found.findings}
 
 
 @pytest.mark.slow
