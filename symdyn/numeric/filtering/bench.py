@@ -99,6 +99,10 @@ class FilterBench:
     def with_noise(self, noise: Noise) -> FilterBench:
         return FilterBench(self.kernel, self.signals, noise, self.held, self.substeps, self.delays)
 
+    def in_steps(self, many: int) -> FilterBench:
+        """The same filter, with so many steps in place of one."""
+        return FilterBench(self.kernel, self.signals, self.noise, self.held, many * self.substeps, self.delays)
+
     def filtered(self, p: Array, names: Sequence[str] = (), weight: Array | None = None) -> Pass:
         """The filter at parameters ``p`` (np + delays,), differentiated by those named.
 

@@ -20,6 +20,7 @@ from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
+from symdyn.numeric.filtering.stepping import stepped
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
@@ -89,6 +90,7 @@ def _reexamined(
         if without.fit.loss - current.fit.loss < NEEDED or not earns(model, without, current, candidate):
             alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
             current = without
+    current = replace(current, fit=stepped(current.fit))
     kept = {(c.effect, c.place.address): c for c, _ in current.found}
     return current, [
         f if of_structure(model, f) else replace(f, parameters=parameters(model, current, kept[f.effect, f.place]))

@@ -23,12 +23,16 @@ SETTLED = 0.5  # nats: what half of a sample's noise says
 
 @dataclass(frozen=True, eq=False)
 class MLFit:
-    """``p`` (np,), fitted where ``beliefs`` names it; ``bench`` holds the noise fitted along; ``loss`` is -log L."""
+    """``p`` (np,), fitted where ``beliefs`` names it; ``bench`` holds the noise fitted along; ``loss`` is -log L.
+
+    ``stepping`` (k,): how far off the steps of the filter may have put each value, where that was asked.
+    """
 
     beliefs: Beliefs
     p: Array
     bench: FilterBench
     loss: float
+    stepping: Array | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -37,7 +41,8 @@ class MLFit:
     @cached_property
     def covariance(self) -> Array:
         """(k, k) of the named parameters."""
-        return _covariance(self.bench, self.p, self.beliefs)
+        random = _covariance(self.bench, self.p, self.beliefs)
+        return random if self.stepping is None else random + np.outer(self.stepping, self.stepping)
 
 
 def fit(

@@ -1,0 +1,39 @@
+"""What the steps of a filter do to a fit, told without a fit at finer ones; compared with such a fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.filtering.likelihood import fit
+from symdyn.numeric.filtering.model import prepare, without_latent
+from symdyn.numeric.filtering.stepping import FINER, REST, stepped
+from tests.numeric.filtering.drive import MODEL, record
+
+DRY = """[[effect]]
+type = "coulomb_friction"
+at = "axis"
+level = "0.03 N m"
+
+[recording]
+"""
+
+
+def test_an_interval_counts_what_finer_steps_would_change(tmp_path: Path) -> None:
+    robot = robot_from_text(MODEL.replace("[recording]\n", DRY), "dry.toml")
+    run = record(tmp_path / "a.csv", robot, 1, coulomb=0.03)
+    model = prepare(robot, run, run)
+    bench = model.bench(model.training, without_latent(model, model.training), True)
+    told = stepped(fit(bench, model.values, model.beliefs, settled=1e-4))
+    finer = fit(told.bench.in_steps(FINER), told.p, model.beliefs, settled=1e-4)
+
+    assert told.stepping is not None
+    change = (finer.p - told.p)[[bench.index[name] for name in told.names]]
+    random = np.sqrt(np.diag(replace(told, stepping=None).covariance))
+    assert np.max(np.abs(change) / random) > 0.3  # there is something to tell
+    assert np.max(np.abs(told.stepping / REST - change) / random) < 0.01
+    assert np.diag(told.covariance) == pytest.approx(random**2 + told.stepping**2, rel=1e-9)
