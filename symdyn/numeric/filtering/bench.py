@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 DEAF = 1e30  # variance of a measurement that a filter does not listen to
 SHIFT = 0.05  # of a step, for the difference quotient of a delay
+TOO_LITTLE = 0.05  # nats that a step of a fit promises: less is not worth a run of the filter
 FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
 BENT = 1e-2  # of the travel: what a hidden displacement may be at the start
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from symdyn.numeric.filtering.afresh import afresh, relieved
 from symdyn.numeric.filtering.conclude import conclude, parameters
+from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.explain import (
     Explanation,
     both,
@@ -20,7 +21,6 @@ from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
-from symdyn.numeric.filtering.stepping import stepped
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
@@ -90,7 +90,7 @@ def _reexamined(
         if without.fit.loss - current.fit.loss < NEEDED or not earns(model, without, current, candidate):
             alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
             current = without
-    current = replace(current, fit=stepped(current.fit))
+    current = replace(current, fit=with_discretisation(current.fit))
     kept = {(c.effect, c.place.address): c for c, _ in current.found}
     return current, [
         f if of_structure(model, f) else replace(f, parameters=parameters(model, current, kept[f.effect, f.place]))

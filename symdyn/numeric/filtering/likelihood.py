@@ -25,14 +25,14 @@ SETTLED = 0.5  # nats: what half of a sample's noise says
 class MLFit:
     """``p`` (np,), fitted where ``beliefs`` names it; ``bench`` holds the noise fitted along; ``loss`` is -log L.
 
-    ``stepping`` (k,): how far off the steps of the filter may have put each value, where that was asked.
+    ``discretisation`` (k,): how far off the steps of the filter may have put each value, where that was asked.
     """
 
     beliefs: Beliefs
     p: Array
     bench: FilterBench
     loss: float
-    stepping: Array | None = None
+    discretisation: Array | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -42,7 +42,7 @@ class MLFit:
     def covariance(self) -> Array:
         """(k, k) of the named parameters."""
         random = _covariance(self.bench, self.p, self.beliefs)
-        return random if self.stepping is None else random + np.outer(self.stepping, self.stepping)
+        return random if self.discretisation is None else random + np.outer(self.discretisation, self.discretisation)
 
 
 def fit(

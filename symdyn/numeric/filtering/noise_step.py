@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise, Pass
+from symdyn.numeric.filtering.bench import FASTEST, TOO_LITTLE, FilterBench, Noise, Pass
 from symdyn.numeric.filtering.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -15,7 +15,6 @@ Array = NDArray[np.float64]
 PROBE = 0.1  # of the logarithm of a variance, for its difference quotient
 LONGEST = 2.0  # step of such a logarithm
 NOTHING, BACK = 1e-2, 0.1  # of an innovation's variance: a sensor's that has no slope any more, and what it gets back
-TOO_LITTLE = 0.05  # nats that a step promises: less is not worth a run of the filter
 FALLING = 0.5  # of such a logarithm: Fisher scoring lowers a variance that is far too large by one, however far it is
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs, penalty
-from symdyn.numeric.filtering.bench import FilterBench, Pass
+from symdyn.numeric.filtering.bench import TOO_LITTLE, FilterBench, Pass
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,6 @@ AGAIN = 1.0  # damping after a step that led nowhere
 LONGEST = 2.0  # step of a logarithm
 RELATIVE = 0.7  # of a value, up to which a step is one of its logarithm
 MODEST = 1e-6  # curvature that is added where there is none at all
-TOO_LITTLE = 0.05  # nats that a step promises: less is not worth a run of the filter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
