@@ -1,6 +1,6 @@
 // Pinocchio's algorithms run once on CasADi's symbols; CasADi writes what they did as C.
-//     casadi_trace NUMBERS FOLDER SHARED
-// NUMBERS: joints, gravity, then those of chain.hpp; SHARED: 1 where common subexpressions are shared, else 0.
+//     casadi_trace NUMBERS FOLDER
+// NUMBERS: joints, gravity, then those of chain.hpp.
 #include <pinocchio/autodiff/casadi.hpp>
 
 #include "chain.hpp"
@@ -43,7 +43,6 @@ Vector of_symbols(const SX& symbols)
 int main(int, char** argument)
 {
     std::ifstream file(argument[1]);
-    const bool shared = std::string(argument[3]) == "1";
     int n;
     double number, gravity[3];
     file >> n >> gravity[0] >> gravity[1] >> gravity[2];
@@ -58,7 +57,7 @@ int main(int, char** argument)
     const auto fewest = [&](const std::string& name, const std::vector<SX>& ways) {
         std::vector<Function> made;
         for (const auto& way : ways)
-            made.push_back(Function(name, {q, qd, third}, {way}, casadi::Dict{{"cse", shared}}));
+            made.push_back(Function(name, {q, qd, third}, {way}, casadi::Dict{{"cse", true}}));
         return *std::min_element(made.begin(), made.end(), [](const Function& a, const Function& b) {
             return a.n_instructions() < b.n_instructions();
         });

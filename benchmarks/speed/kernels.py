@@ -58,7 +58,7 @@ class Bench:
             loop = compiled_loop(getattr(self.kernel, f"{name}_into"), len(arguments))
             yield Contestant(name, LOOP, "symdyn", _call(loop, *arguments, out), IN_CACHE)
             yield from self._batches(name, arguments, BATCH, IN_CACHE)
-            for rival in (r for r in rivals if name in r.loops):
+            for rival in rivals:
                 work = self._empty(name, IN_CACHE)
                 run = _call(rival.loops[name], q, qd, third, work)
                 yield Contestant(name, LOOP, f"{rival.kind}: {rival.build}", run, IN_CACHE)
@@ -77,7 +77,7 @@ class Bench:
         for name in LARGE_FUNCTIONS:
             yield from self._batches(name, self._arguments(name, states), MILLION, LARGE)
             out = self._empty(name, LARGE)
-            for rival in (r for r in rivals if name in r.loops):
+            for rival in rivals:
                 run = _call(rival.loops[name], *states, out)
                 yield Contestant(name, MILLION, f"{rival.kind}: {rival.build}", run, LARGE)
 
@@ -95,7 +95,7 @@ class Bench:
             columns = [np.ascontiguousarray(a.T) for a in arguments]
             self._near(np.moveaxis(getattr(self.kernel, f"{name}_soa")(*columns), -1, 0), wanted, f"{name}_soa")
             self._near(getattr(self.kernel, f"{name}_batch_parallel")(*arguments), wanted, f"{name}_batch_parallel")
-            for rival in (r for r in rivals if name in r.loops):
+            for rival in rivals:
                 out = np.empty_like(wanted)
                 rival.loops[name](q, qd, third, out)
                 self._near(out, wanted, f"{name}, {rival.build}")

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import PackageNotFoundError, files, version
 from pathlib import Path
 
@@ -29,8 +28,7 @@ DEFINES = (  # as pinocchio's own CMake files ask for
     "BOOST_FUSION_INVOKE_MAX_ARITY=12",
     "NDEBUG",
 )
-CPP, CASADI, PLAIN = "Pinocchio C++", "Pinocchio + CasADi C", "CasADi C of Pinocchio, nothing shared"
-SHARED = {CASADI: FUNCTIONS, PLAIN: FUNCTIONS[-1:]}  # nothing shared: where it matters most
+CPP, CASADI = "Pinocchio C++", "Pinocchio + CasADi C"
 C_BUILDS = (
     ("gcc", "-O3 -march=native"),
     ("gcc", "-O3 -march=native -ffast-math"),
@@ -57,14 +55,14 @@ class Unavailable(Exception):
 class Rival:
     """One build of one rival: ``loops[function]`` computes every row, of the functions that are compared."""
 
-    kind: str  # CPP, CASADI or PLAIN
+    kind: str  # CPP or CASADI
     build: str
     loops: dict[str, Loop]
 
 
 def rivals(arm: Arm) -> Iterator[Rival | Unavailable]:
     """Every build that this machine can make, and what it cannot."""
-    for make in (_cpp, partial(_casadi, kind=CASADI), partial(_casadi, kind=PLAIN)):
+    for make in (_cpp, _casadi):
         try:
             yield from make(arm)
         except Unavailable as why:
@@ -86,8 +84,8 @@ def _cpp(arm: Arm) -> Iterator[Rival]:
             yield Rival(CPP, f"{compiler} -O3 -march=native, {where}", loops)
 
 
-def _casadi(arm: Arm, kind: str) -> Iterator[Rival]:
-    source = _traced(arm, kind == CASADI)
+def _casadi(arm: Arm) -> Iterator[Rival]:
+    source = _traced(arm)
     builds = [(compiler, flags) for compiler, flags in C_BUILDS if shutil.which(compiler)]
     if not builds:
         raise Unavailable(f"{CASADI}: neither gcc nor clang is installed")
@@ -96,12 +94,12 @@ def _casadi(arm: Arm, kind: str) -> Iterator[Rival]:
         if not library.exists():
             _run([compiler, *flags.split(), "-shared", "-fPIC", "-o", str(library), str(source), "-lm"])
         loaded = ctypes.CDLL(str(library))
-        loops = {name: _loop(loaded, f"loop_{name}", ctypes.c_void_p(None)) for name in SHARED[kind]}
-        yield Rival(kind, f"{compiler} {flags}", loops)
+        loops = {name: _loop(loaded, f"loop_{name}", ctypes.c_void_p(None)) for name in FUNCTIONS}
+        yield Rival(CASADI, f"{compiler} {flags}", loops)
 
 
-def _traced(arm: Arm, shared: bool) -> Path:
-    """The C that CasADi writes for one arm, with loops over states; ``shared``: with its option `cse`."""
+def _traced(arm: Arm) -> Path:
+    """The C that CasADi writes for one arm, with its option `cse`, and loops over states."""
     library = next((f for f in _package("casadi") if f.name.startswith("libcasadi.so.")), None)
     if library is None:
         raise Unavailable(f"{CASADI}: the wheel of casadi has no libcasadi.so here")
@@ -110,11 +108,11 @@ def _traced(arm: Arm, shared: bool) -> Path:
     tracer = _built("g++", "casadi_trace.cpp", ["-O0", *link])
     numbers = [arm.joints, *arm.gravity.tolist(), *arm.numbers.ravel().tolist()]
     text = " ".join(map(repr, numbers))
-    source = _folder() / f"{arm.name}-{_key(text, tracer.name, str(shared))}.c"
+    source = _folder() / f"{arm.name}-{_key(text, tracer.name)}.c"
     if not source.exists():
         given = source.with_suffix(".txt")
         given.write_text(text, encoding="utf-8")
-        _run([str(tracer), str(given), f"{_folder()}/", str(int(shared))])
+        _run([str(tracer), str(given), f"{_folder()}/"])
         traced = _folder() / "traced.c"
         n = arm.joints
         sizes = {"mass_matrix": n * n, "forward_dynamics_state_jacobian": 2 * n * n}

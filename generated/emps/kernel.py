@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -889,6 +975,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -1004,6 +1092,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -1122,6 +1212,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -1237,6 +1329,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -2700,6 +2794,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -2855,6 +2951,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -3014,6 +3112,8 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
@@ -3169,6 +3269,8 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
@@ -3326,6 +3428,8 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -3463,6 +3567,8 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -3602,6 +3708,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -3711,7 +3819,7 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     p_M = p[0]
     p_G_tau = p[1]
     out[0 * S + k] = 0.0
-    out[1 * S + k] = p_G_tau / p_M
+    out[1 * S + k] = p_G_tau * (1.0 / p_M)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3739,6 +3847,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -3883,6 +3993,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 1 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -4039,6 +4151,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 2:
         raise ValueError("out must have 2 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -4197,6 +4311,8 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4340,6 +4456,8 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -4490,6 +4608,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -4621,6 +4741,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -4745,6 +4867,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 1 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -4864,6 +4988,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -4991,6 +5117,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 1 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -5130,6 +5258,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -5506,6 +5636,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -5640,6 +5772,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 2 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

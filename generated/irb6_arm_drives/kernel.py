@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -1311,6 +1397,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 8 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -1500,6 +1588,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -1684,6 +1774,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 8 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -1877,6 +1969,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -3976,6 +4070,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 8 entries")
     if out.size != 128:
         raise ValueError("out must have 128 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -4350,6 +4446,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 128:
         raise ValueError("out must have 128 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -4504,13 +4602,13 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     # link 2 (arm): effort with joint 2
     y1_2_2_n_y = c_2 * omega_2r_x * -0.5
     # linear spring at column.flexspline
-    t32 = q_3 - q_4 * 25.923792
-    t37 = _step(abs(t32) - 0.01)
-    t40 = t37 * (t32 - _sign(t32) * 0.01)
-    t43 = t37 * (qd_4 * 25.923792 - qd_3)
-    t52 = _step(t40 * (t43 * 0.0016 - t40 * 1.44)) - 1.0
+    t33 = q_3 - q_4 * 25.923792
+    t38 = _step(abs(t33) - 0.01)
+    t41 = t38 * (t33 - _sign(t33) * 0.01)
+    t44 = t38 * (qd_4 * 25.923792 - qd_3)
+    t52 = _step(t41 * (t44 * 0.0016 - t41 * 1.44)) - 1.0
     # derivative: linear spring at column.flexspline
-    t53 = t37 * t52
+    t53 = t38 * t52
     # linear spring at arm.flexspline
     t55 = q_8 * 25.923792 - q_7
     t59 = _step(abs(t55) - 0.01)
@@ -4518,18 +4616,19 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     t69 = t62 * -1.44 - 0.0016 * (t59 * (qd_8 * 25.923792 - qd_7))
     # derivative: linear spring at arm.flexspline
     t73 = t59 * (_step(t62 * t69) - 1.0)
+    # effort of the arm and of effects
+    t86 = s_2 * 4.905 - G_2_1 * 0.25 + t73 * 967.7419079893401
     # effort less bias force
-    t82 = tau_4 - K_2o_12 * y1_2_2_n_y - t52 * (t40 * 37.33026048 - t43 * 0.0414780672)
+    t95 = tau_4 - K_2o_12 * y1_2_2_n_y - t52 * (t41 * 37.33026048 - t44 * 0.0414780672)
     # solve: L D L^T
-    t85 = 1.0 / (c_2 * c_2 * -0.25)
-    t86 = (t82 + 0.5 * (qd_4 * K_2_a)) * t85
-    t106 = t53 * t85
+    t98 = 1.0 / (c_2 * c_2 * -0.25)
+    t99 = (t95 + 0.5 * (qd_4 * K_2_a)) * t98
     # derivative of effort
-    t119 = s_2 * (c_2 * t86 + 2.0 * (qd_8 * omega_2r_x)) + c_2 * (s_2 * t86 - 2.0 * (qd_8 * omega_2r_y))
-    t127 = s_2 * 4.905 - G_2_1 * 0.25 + t73 * 967.7419079893401
+    t115 = s_2 * (c_2 * t99 + 2.0 * (qd_8 * omega_2r_x)) + c_2 * (s_2 * t99 - 2.0 * (qd_8 * omega_2r_y))
     # solve: L D L^T
-    t142 = 5102.040816326531 * (0.0016 * t53 - 0.06870000000000001)
-    t155 = 5102.040816326531 * (0.0016 * t73 - 0.06870000000000001)
+    t124 = t53 * t98
+    t144 = (0.0016 * t53 - 0.06870000000000001) * 5102.040816326531
+    t155 = (0.0016 * t73 - 0.06870000000000001) * 5102.040816326531
     out[0 * S + k] = -23205882.352941178
     out[1 * S + k] = 23205882.352941178
     out[2 * S + k] = 0.0
@@ -4548,22 +4647,22 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[15 * S + k] = 0.0
     out[16 * S + k] = 19243902.43902439
     out[17 * S + k] = -49121951.219512194
-    out[18 * S + k] = 29878048.780487806
+    out[18 * S + k] = 29878048.780487802
     out[19 * S + k] = 0.0
     out[20 * S + k] = 0.0
     out[21 * S + k] = 0.0
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
-    out[24 * S + k] = 29.268292682926827
+    out[24 * S + k] = 29.268292682926823
     out[25 * S + k] = -1688.09756097561
-    out[26 * S + k] = 1658.5365853658539
+    out[26 * S + k] = 1658.5365853658536
     out[27 * S + k] = 0.0
     out[28 * S + k] = 0.0
     out[29 * S + k] = 0.0
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = 6250000.0
+    out[33 * S + k] = 6250000.000000001
     out[34 * S + k] = (1.44 * t53 - 1225.0) * 5102.040816326531
     out[35 * S + k] = t53 * -190460.51265306125
     out[36 * S + k] = 0.0
@@ -4571,8 +4670,8 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = 346.9387755102041
-    out[42 * S + k] = t142
+    out[41 * S + k] = 346.93877551020415
+    out[42 * S + k] = t144
     out[43 * S + k] = t53 * -211.62279183673473
     out[44 * S + k] = 0.0
     out[45 * S + k] = 0.0
@@ -4580,20 +4679,20 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
     out[49 * S + k] = 0.0
-    out[50 * S + k] = 37.33026048 * t106
-    out[51 * S + k] = t106 * -967.7419079893401
+    out[50 * S + k] = 37.33026048 * t124
+    out[51 * S + k] = t124 * -967.7419079893401
     out[52 * S + k] = 0.0
     out[53 * S + k] = 0.0
     out[54 * S + k] = 0.0
-    out[55 * S + k] = 0.25 * (t85 * t119)
+    out[55 * S + k] = 0.25 * (t98 * t115)
     out[56 * S + k] = 0.0
     out[57 * S + k] = 0.0
-    out[58 * S + k] = 0.0414780672 * t106
-    out[59 * S + k] = t85 * (t53 * -1.0752687866548225 - K_2_a)
+    out[58 * S + k] = 0.0414780672 * t124
+    out[59 * S + k] = t98 * (t53 * -1.0752687866548225 - K_2_a)
     out[60 * S + k] = 0.0
     out[61 * S + k] = 0.0
     out[62 * S + k] = 0.0
-    out[63 * S + k] = y1_2_2_n_y * t85
+    out[63 * S + k] = y1_2_2_n_y * t98
     out[64 * S + k] = 0.0
     out[65 * S + k] = 0.0
     out[66 * S + k] = 0.0
@@ -4616,30 +4715,30 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[83 * S + k] = 0.0
     out[84 * S + k] = 19243902.43902439
     out[85 * S + k] = -49121951.219512194
-    out[86 * S + k] = 29878048.780487806
+    out[86 * S + k] = 29878048.780487802
     out[87 * S + k] = 0.0
     out[88 * S + k] = 0.0
     out[89 * S + k] = 0.0
     out[90 * S + k] = 0.0
     out[91 * S + k] = 0.0
-    out[92 * S + k] = 29.268292682926827
+    out[92 * S + k] = 29.268292682926823
     out[93 * S + k] = -1688.09756097561
-    out[94 * S + k] = 1658.5365853658539
+    out[94 * S + k] = 1658.5365853658536
     out[95 * S + k] = 0.0
     out[96 * S + k] = 0.0
     out[97 * S + k] = 0.0
     out[98 * S + k] = 0.0
     out[99 * S + k] = 0.0
     out[100 * S + k] = 0.0
-    out[101 * S + k] = 6250000.0
-    out[102 * S + k] = 5102.040816326531 * (1.44 * t73 - 1225.0)
+    out[101 * S + k] = 6250000.000000001
+    out[102 * S + k] = (1.44 * t73 - 1225.0) * 5102.040816326531
     out[103 * S + k] = t73 * -190460.51265306125
     out[104 * S + k] = 0.0
     out[105 * S + k] = 0.0
     out[106 * S + k] = 0.0
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
-    out[109 * S + k] = 346.9387755102041
+    out[109 * S + k] = 346.93877551020415
     out[110 * S + k] = t155
     out[111 * S + k] = t73 * -211.62279183673473
     out[112 * S + k] = 0.0
@@ -4649,7 +4748,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
     out[118 * S + k] = t73 * -149.32104192
-    out[119 * S + k] = t127 * 4.0
+    out[119 * S + k] = t86 * 4.0
     out[120 * S + k] = 0.0
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
@@ -4685,6 +4784,8 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 8 entries")
     if out.size != 128:
         raise ValueError("out must have 128 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
@@ -4852,7 +4953,6 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
     # link 2 (arm): effort with joint 2
     y1_2_2_n_y = omega_2r_x * t16 * -2.0
-    t29 = s_2 * J_2_xx
     # linear spring at column.flexspline
     t51 = q_3 - q_4 * p_N
     t55 = _step(abs(t51) - p_S)
@@ -4863,185 +4963,188 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     # linear spring at column.flexspline
     t62 = p_d_3 * t55
     t66 = _step(p_S)
-    t72 = t66 * _step(-(t58 * (t60 * t62 + p_c_3 * t58))) - 1.0
-    # derivative: linear spring at column.flexspline
-    t73 = t55 * t72
-    t74 = p_N * t73
-    # linear spring at column.flexspline
-    t76 = p_N * p_c_3
+    t71 = t66 * _step(-(t58 * (t60 * t62 + p_c_3 * t58))) - 1.0
     # derivative: viscous friction at column.flexspline
-    t77 = t61 * t73
-    t79 = p_N * t61
+    t72 = t55 * t71
+    # linear spring at column.flexspline
+    t74 = p_N * p_c_3
+    # derivative: viscous friction at column.flexspline
+    t76 = p_N * t61
     # linear spring at arm.flexspline
-    t82 = q_7 - q_8 * p_N
-    t86 = _step(abs(t82) - p_S)
-    t89 = t86 * (t82 - p_S * _sign(t82))
-    t93 = p_d_3 * t86
-    t98 = _step(-(t89 * (p_c_3 * t89 + (qd_7 - qd_8 * p_N) * t93)))
-    t100 = t66 * t98 - 1.0
+    t79 = q_7 - q_8 * p_N
+    t83 = _step(abs(t79) - p_S)
+    t86 = t83 * (t79 - p_S * _sign(t79))
+    t90 = p_d_3 * t83
+    t95 = _step(-(t86 * (p_c_3 * t86 + (qd_7 - qd_8 * p_N) * t90)))
+    t97 = t66 * t95 - 1.0
     # derivative: linear spring at arm.flexspline
-    t101 = t86 * t100
-    t102 = p_N * t101
-    # derivative: viscous friction at arm.flexspline
-    t105 = t61 * t101
+    t98 = t83 * t97
+    t100 = p_N * t98
     # effort less bias force
-    t118 = tau_4 - t72 * (t58 * t76 + t61 * (t55 * t60)) - (qd_8 * y1_2_2_n_y - qd_4 * K_2_a) * 0.5
+    t114 = tau_4 - t71 * (t58 * t74 + t61 * (t55 * t60)) - (qd_8 * y1_2_2_n_y - qd_4 * K_2_a) * 0.5
     # solve: L D L^T
-    t119 = 1.0 / S_2t_11
-    t120 = t118 * t119
-    t131 = 1.0 / p_J_1
-    t132 = p_c_1 * t131
-    t133 = -t132
+    t115 = 1.0 / S_2t_11
+    t116 = t114 * t115
+    # link 2 (arm): moment, before its turn
+    t125 = s_2 * J_2_xx
+    # solve: L D L^T
+    t133 = 1.0 / p_J_1
     t134 = 1.0 / p_J_2
-    t135 = p_c_1 * t134
-    t138 = -(t134 * (p_c_1 + p_c_2))
-    t139 = 1.0 / p_J_3
-    t140 = p_c_2 * t139
-    t141 = p_c_2 * t134
-    t144 = t76 * t119
-    t147 = p_c_3 * t139
-    t153 = 1.0 / J_2_xx
-    t154 = t101 * t153
+    t135 = 1.0 / p_J_3
+    t136 = 1.0 / J_2_xx
+    t137 = p_c_1 * t133
+    t138 = -t137
+    t139 = p_c_1 * t134
+    t141 = -((p_c_1 + p_c_2) * t134)
+    t142 = p_c_2 * t135
+    t143 = p_c_2 * t134
+    t146 = t74 * t115
+    t149 = p_c_3 * t135
+    t150 = p_N * t72
+    t156 = t98 * t136
     # derivative of effort
-    t157 = t29 * (c_2 * t120 - 2.0 * (qd_8 * omega_2r_x)) + t16 * (s_2 * t120 + 2.0 * (qd_8 * omega_2r_y))
-    t165 = 0.5 * (t9 * (p_g * s_2)) + (t76 * t102 - J_2_xx * G_2_1)
+    t159 = (c_2 * t116 - 2.0 * (qd_8 * omega_2r_x)) * t125 + t16 * (s_2 * t116 + 2.0 * (qd_8 * omega_2r_y))
+    t167 = 0.5 * (t9 * (p_g * s_2)) + (t74 * t100 - J_2_xx * G_2_1)
     # solve: L D L^T
-    t169 = -(t131 * (p_d_1 + p_d_4))
-    t170 = p_d_1 * t134
-    t173 = p_d_1 * t131
-    t175 = -(t134 * (p_d_5 + (p_d_1 + p_d_2)))
-    t176 = p_d_2 * t139
-    t177 = p_d_2 * t134
+    t170 = -((p_d_1 + p_d_4) * t133)
+    t171 = p_d_1 * t134
+    t172 = p_d_1 * t133
+    t174 = -((p_d_5 + (p_d_1 + p_d_2)) * t134)
+    t175 = p_d_2 * t135
+    t176 = p_d_2 * t134
     # derivative of effort
-    t178 = p_d_2 + p_d_6
-    out[0 * S + k] = t133
-    out[1 * S + k] = t132
+    t177 = p_d_2 + p_d_6
+    # solve: L D L^T
+    t180 = t61 * t72
+    t191 = t61 * t98
+    out[0 * S + k] = t138
+    out[1 * S + k] = t137
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
     out[4 * S + k] = 0.0
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
-    out[8 * S + k] = t169
-    out[9 * S + k] = t173
+    out[8 * S + k] = t170
+    out[9 * S + k] = t172
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
     out[12 * S + k] = 0.0
     out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
-    out[16 * S + k] = t135
-    out[17 * S + k] = t138
-    out[18 * S + k] = t141
+    out[16 * S + k] = t139
+    out[17 * S + k] = t141
+    out[18 * S + k] = t143
     out[19 * S + k] = 0.0
     out[20 * S + k] = 0.0
     out[21 * S + k] = 0.0
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
-    out[24 * S + k] = t170
-    out[25 * S + k] = t175
-    out[26 * S + k] = t177
+    out[24 * S + k] = t171
+    out[25 * S + k] = t174
+    out[26 * S + k] = t176
     out[27 * S + k] = 0.0
     out[28 * S + k] = 0.0
     out[29 * S + k] = 0.0
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t140
-    out[34 * S + k] = t139 * (p_c_3 * t73 - p_c_2)
-    out[35 * S + k] = -(t74 * t147)
+    out[33 * S + k] = t142
+    out[34 * S + k] = t135 * (p_c_3 * t72 - p_c_2)
+    out[35 * S + k] = -(t149 * t150)
     out[36 * S + k] = 0.0
     out[37 * S + k] = 0.0
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = t176
-    out[42 * S + k] = t139 * (t62 * t72 - t178)
-    out[43 * S + k] = -(t77 * t139)
+    out[41 * S + k] = t175
+    out[42 * S + k] = t135 * (t62 * t71 - t177)
+    out[43 * S + k] = -(t135 * t180)
     out[44 * S + k] = 0.0
     out[45 * S + k] = 0.0
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
     out[49 * S + k] = 0.0
-    out[50 * S + k] = -(t73 * t144)
-    out[51 * S + k] = t74 * t144
+    out[50 * S + k] = -(t72 * t146)
+    out[51 * S + k] = t146 * t150
     out[52 * S + k] = 0.0
     out[53 * S + k] = 0.0
     out[54 * S + k] = 0.0
-    out[55 * S + k] = t119 * t157
+    out[55 * S + k] = t115 * t159
     out[56 * S + k] = 0.0
     out[57 * S + k] = 0.0
-    out[58 * S + k] = -(t77 * t119)
-    out[59 * S + k] = t119 * (K_2_a + t73 * t79)
+    out[58 * S + k] = -(t115 * t180)
+    out[59 * S + k] = t115 * (K_2_a + t72 * t76)
     out[60 * S + k] = 0.0
     out[61 * S + k] = 0.0
     out[62 * S + k] = 0.0
-    out[63 * S + k] = -(y1_2_2_n_y * t119)
+    out[63 * S + k] = -(y1_2_2_n_y * t115)
     out[64 * S + k] = 0.0
     out[65 * S + k] = 0.0
     out[66 * S + k] = 0.0
     out[67 * S + k] = 0.0
-    out[68 * S + k] = t133
-    out[69 * S + k] = t132
+    out[68 * S + k] = t138
+    out[69 * S + k] = t137
     out[70 * S + k] = 0.0
     out[71 * S + k] = 0.0
     out[72 * S + k] = 0.0
     out[73 * S + k] = 0.0
     out[74 * S + k] = 0.0
     out[75 * S + k] = 0.0
-    out[76 * S + k] = t169
-    out[77 * S + k] = t173
+    out[76 * S + k] = t170
+    out[77 * S + k] = t172
     out[78 * S + k] = 0.0
     out[79 * S + k] = 0.0
     out[80 * S + k] = 0.0
     out[81 * S + k] = 0.0
     out[82 * S + k] = 0.0
     out[83 * S + k] = 0.0
-    out[84 * S + k] = t135
-    out[85 * S + k] = t138
-    out[86 * S + k] = t141
+    out[84 * S + k] = t139
+    out[85 * S + k] = t141
+    out[86 * S + k] = t143
     out[87 * S + k] = 0.0
     out[88 * S + k] = 0.0
     out[89 * S + k] = 0.0
     out[90 * S + k] = 0.0
     out[91 * S + k] = 0.0
-    out[92 * S + k] = t170
-    out[93 * S + k] = t175
-    out[94 * S + k] = t177
+    out[92 * S + k] = t171
+    out[93 * S + k] = t174
+    out[94 * S + k] = t176
     out[95 * S + k] = 0.0
     out[96 * S + k] = 0.0
     out[97 * S + k] = 0.0
     out[98 * S + k] = 0.0
     out[99 * S + k] = 0.0
     out[100 * S + k] = 0.0
-    out[101 * S + k] = t140
-    out[102 * S + k] = t139 * (p_c_3 * t101 - p_c_2)
-    out[103 * S + k] = -(t102 * t147)
+    out[101 * S + k] = t142
+    out[102 * S + k] = t135 * (p_c_3 * t98 - p_c_2)
+    out[103 * S + k] = -(t100 * t149)
     out[104 * S + k] = 0.0
     out[105 * S + k] = 0.0
     out[106 * S + k] = 0.0
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
-    out[109 * S + k] = t176
-    out[110 * S + k] = t139 * (t93 * t100 - t178)
-    out[111 * S + k] = -(t105 * t139)
+    out[109 * S + k] = t175
+    out[110 * S + k] = t135 * (t90 * t97 - t177)
+    out[111 * S + k] = -(t135 * t191)
     out[112 * S + k] = 0.0
     out[113 * S + k] = 0.0
     out[114 * S + k] = 0.0
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -(t76 * t154)
-    out[119 * S + k] = t153 * t165
+    out[118 * S + k] = -(t74 * t156)
+    out[119 * S + k] = t136 * t167
     out[120 * S + k] = 0.0
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
-    out[123 * S + k] = -2.0 * (t153 * (omega_2r_y * t29))
+    out[123 * S + k] = -2.0 * (t136 * (omega_2r_y * t125))
     out[124 * S + k] = 0.0
     out[125 * S + k] = 0.0
-    out[126 * S + k] = -(t105 * t153)
-    out[127 * S + k] = t79 * t154
+    out[126 * S + k] = -(t136 * t191)
+    out[127 * S + k] = t76 * t156
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5073,6 +5176,8 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 128:
         raise ValueError("out must have 128 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
@@ -5246,23 +5351,25 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     t68 = t61 * -1.44 - 0.0016 * (t58 * (qd_8 * 25.923792 - qd_7))
     # derivative: linear spring at arm.flexspline
     t72 = t58 * (_step(t61 * t68) - 1.0)
+    # effort of the arm and of effects
+    t89 = s_2 * 4.905 - G_2_1 * 0.25 + t72 * 967.7419079893401
     # effort less bias force
-    t84 = K_2o_12 * y1_2_2_n_y + t51 * (t40 * 37.33026048 - t43 * 0.0414780672)
+    t97 = K_2o_12 * y1_2_2_n_y + t51 * (t40 * 37.33026048 - t43 * 0.0414780672)
     # solve: L D L^T
-    t87 = 1.0 / (c_2 * c_2 * -0.25)
-    t88 = (t84 - 0.5 * (qd_4 * K_2_a)) * t87
-    t108 = t52 * t87
-    # derivative of effort
-    t127 = s_2 * 4.905 - G_2_1 * 0.25 + t72 * 967.7419079893401
-    t129 = c_2 * (s_2 * t88 + 2.0 * (qd_8 * omega_2r_y)) + s_2 * (c_2 * t88 - 2.0 * (qd_8 * omega_2r_x))
-    # solve: L D L^T
-    t144 = 5102.040816326531 * (0.0016 * t52 - 0.06870000000000001)
-    t157 = 5102.040816326531 * (0.0016 * t72 - 0.06870000000000001)
-    t172 = 0.5 * qd_2 + (q_2 - u_1) * 50.0
+    t100 = 1.0 / (c_2 * c_2 * -0.25)
+    t101 = (t97 - 0.5 * (qd_4 * K_2_a)) * t100
+    t123 = 0.5 * qd_2 + (q_2 - u_1) * 50.0
     # derivative
-    t182 = (_step(-24.0 - t172) - 1.0) * (_step(-24.0 - min(24.0, -t172)) - 1.0)
-    t194 = 0.5 * qd_6 + 50.0 * (q_6 - u_2)
-    t203 = (_step(-24.0 - t194) - 1.0) * (_step(-24.0 - min(24.0, -t194)) - 1.0)
+    t133 = (_step(-24.0 - t123) - 1.0) * (_step(-24.0 - min(24.0, -t123)) - 1.0)
+    t145 = 0.5 * qd_6 + 50.0 * (q_6 - u_2)
+    t154 = (_step(-24.0 - t145) - 1.0) * (_step(-24.0 - min(24.0, -t145)) - 1.0)
+    # solve: L D L^T
+    t167 = t52 * t100
+    # derivative of effort
+    t177 = c_2 * (s_2 * t101 + 2.0 * (qd_8 * omega_2r_y)) + s_2 * (c_2 * t101 - 2.0 * (qd_8 * omega_2r_x))
+    # solve: L D L^T
+    t189 = (0.0016 * t52 - 0.06870000000000001) * 5102.040816326531
+    t200 = (0.0016 * t72 - 0.06870000000000001) * 5102.040816326531
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5427,15 +5534,15 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[161 * S + k] = 0.0
     out[162 * S + k] = 19243902.43902439
     out[163 * S + k] = -49121951.219512194
-    out[164 * S + k] = 29878048.780487806
+    out[164 * S + k] = 29878048.780487802
     out[165 * S + k] = 0.0
     out[166 * S + k] = 0.0
     out[167 * S + k] = 0.0
     out[168 * S + k] = 0.0
     out[169 * S + k] = 0.0
-    out[170 * S + k] = 29.268292682926827
+    out[170 * S + k] = 29.268292682926823
     out[171 * S + k] = -1688.09756097561
-    out[172 * S + k] = 1658.5365853658539
+    out[172 * S + k] = 1658.5365853658536
     out[173 * S + k] = 0.0
     out[174 * S + k] = 0.0
     out[175 * S + k] = 0.0
@@ -5444,7 +5551,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[178 * S + k] = 2146.341463414634
     out[179 * S + k] = 0.0
     out[180 * S + k] = 0.0
-    out[181 * S + k] = 6250000.0
+    out[181 * S + k] = 6250000.000000001
     out[182 * S + k] = (1.44 * t52 - 1225.0) * 5102.040816326531
     out[183 * S + k] = t52 * -190460.51265306125
     out[184 * S + k] = 0.0
@@ -5452,8 +5559,8 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
-    out[189 * S + k] = 346.9387755102041
-    out[190 * S + k] = t144
+    out[189 * S + k] = 346.93877551020415
+    out[190 * S + k] = t189
     out[191 * S + k] = t52 * -211.62279183673473
     out[192 * S + k] = 0.0
     out[193 * S + k] = 0.0
@@ -5463,20 +5570,20 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
     out[199 * S + k] = 0.0
-    out[200 * S + k] = 37.33026048 * t108
-    out[201 * S + k] = t108 * -967.7419079893401
+    out[200 * S + k] = 37.33026048 * t167
+    out[201 * S + k] = t167 * -967.7419079893401
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = -0.25 * (t87 * t129)
+    out[205 * S + k] = -0.25 * (t100 * t177)
     out[206 * S + k] = 0.0
     out[207 * S + k] = 0.0
-    out[208 * S + k] = 0.0414780672 * t108
-    out[209 * S + k] = t87 * (t52 * -1.0752687866548225 - K_2_a)
+    out[208 * S + k] = 0.0414780672 * t167
+    out[209 * S + k] = t100 * (t52 * -1.0752687866548225 - K_2_a)
     out[210 * S + k] = 0.0
     out[211 * S + k] = 0.0
     out[212 * S + k] = 0.0
-    out[213 * S + k] = y1_2_2_n_y * t87
+    out[213 * S + k] = y1_2_2_n_y * t100
     out[214 * S + k] = 0.0
     out[215 * S + k] = 0.0
     out[216 * S + k] = 0.0
@@ -5503,15 +5610,15 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[237 * S + k] = 0.0
     out[238 * S + k] = 19243902.43902439
     out[239 * S + k] = -49121951.219512194
-    out[240 * S + k] = 29878048.780487806
+    out[240 * S + k] = 29878048.780487802
     out[241 * S + k] = 0.0
     out[242 * S + k] = 0.0
     out[243 * S + k] = 0.0
     out[244 * S + k] = 0.0
     out[245 * S + k] = 0.0
-    out[246 * S + k] = 29.268292682926827
+    out[246 * S + k] = 29.268292682926823
     out[247 * S + k] = -1688.09756097561
-    out[248 * S + k] = 1658.5365853658539
+    out[248 * S + k] = 1658.5365853658536
     out[249 * S + k] = 0.0
     out[250 * S + k] = 0.0
     out[251 * S + k] = 2146.341463414634
@@ -5520,16 +5627,16 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[254 * S + k] = 0.0
     out[255 * S + k] = 0.0
     out[256 * S + k] = 0.0
-    out[257 * S + k] = 6250000.0
-    out[258 * S + k] = 5102.040816326531 * (1.44 * t72 - 1225.0)
+    out[257 * S + k] = 6250000.000000001
+    out[258 * S + k] = (1.44 * t72 - 1225.0) * 5102.040816326531
     out[259 * S + k] = t72 * -190460.51265306125
     out[260 * S + k] = 0.0
     out[261 * S + k] = 0.0
     out[262 * S + k] = 0.0
     out[263 * S + k] = 0.0
     out[264 * S + k] = 0.0
-    out[265 * S + k] = 346.9387755102041
-    out[266 * S + k] = t157
+    out[265 * S + k] = 346.93877551020415
+    out[266 * S + k] = t200
     out[267 * S + k] = t72 * -211.62279183673473
     out[268 * S + k] = 0.0
     out[269 * S + k] = 0.0
@@ -5540,7 +5647,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[274 * S + k] = 0.0
     out[275 * S + k] = 0.0
     out[276 * S + k] = t72 * -149.32104192
-    out[277 * S + k] = t127 * 4.0
+    out[277 * S + k] = t89 * 4.0
     out[278 * S + k] = 0.0
     out[279 * S + k] = 0.0
     out[280 * S + k] = 0.0
@@ -5552,7 +5659,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[286 * S + k] = 0.0
     out[287 * S + k] = 0.0
     out[288 * S + k] = 0.0
-    out[289 * S + k] = t182 * -574712.643678161
+    out[289 * S + k] = t133 * -574712.643678161
     out[290 * S + k] = 0.0
     out[291 * S + k] = 0.0
     out[292 * S + k] = 0.0
@@ -5560,7 +5667,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[294 * S + k] = 0.0
     out[295 * S + k] = 0.0
     out[296 * S + k] = 0.0
-    out[297 * S + k] = (0.5 * t182 + 0.088) * -11494.252873563219
+    out[297 * S + k] = (0.5 * t133 + 0.088) * -11494.252873563219
     out[298 * S + k] = 0.0
     out[299 * S + k] = 0.0
     out[300 * S + k] = 0.0
@@ -5574,7 +5681,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[308 * S + k] = 0.0
     out[309 * S + k] = 0.0
     out[310 * S + k] = 0.0
-    out[311 * S + k] = -574712.643678161 * t203
+    out[311 * S + k] = -574712.643678161 * t154
     out[312 * S + k] = 0.0
     out[313 * S + k] = 0.0
     out[314 * S + k] = 0.0
@@ -5582,7 +5689,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[316 * S + k] = 0.0
     out[317 * S + k] = 0.0
     out[318 * S + k] = 0.0
-    out[319 * S + k] = -11494.252873563219 * (0.088 + 0.5 * t203)
+    out[319 * S + k] = -11494.252873563219 * (0.088 + 0.5 * t154)
     out[320 * S + k] = 0.0
     out[321 * S + k] = 0.0
     out[322 * S + k] = 0.0
@@ -5610,6 +5717,8 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 324:
         raise ValueError("out must have 324 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -5774,78 +5883,79 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
     # link 2 (arm): effort with joint 2
     y1_2_2_n_y = omega_2r_x * t17 * -2.0
-    t30 = s_2 * J_2_xx
     # linear spring at column.flexspline
-    t52 = q_3 - q_4 * p_N
-    t56 = _step(abs(t52) - p_S)
-    t59 = t56 * (t52 - p_S * _sign(t52))
-    t61 = qd_3 - qd_4 * p_N
+    t51 = q_3 - q_4 * p_N
+    t55 = _step(abs(t51) - p_S)
+    t58 = t55 * (t51 - p_S * _sign(t51))
+    t60 = qd_3 - qd_4 * p_N
     # derivative: linear spring at column.flexspline
-    t62 = p_N * p_d_3
+    t61 = p_N * p_d_3
     # linear spring at column.flexspline
-    t63 = p_d_3 * t56
-    t67 = _step(p_S)
-    t72 = t67 * _step(-(t59 * (t61 * t63 + p_c_3 * t59))) - 1.0
-    # derivative: linear spring at column.flexspline
-    t73 = t56 * t72
-    t74 = p_N * t73
-    # linear spring at column.flexspline
-    t76 = p_N * p_c_3
+    t62 = p_d_3 * t55
+    t66 = _step(p_S)
+    t71 = t66 * _step(-(t58 * (t60 * t62 + p_c_3 * t58))) - 1.0
     # derivative: viscous friction at column.flexspline
-    t77 = t62 * t73
-    t79 = p_N * t62
+    t72 = t55 * t71
+    # linear spring at column.flexspline
+    t74 = p_N * p_c_3
+    # derivative: viscous friction at column.flexspline
+    t76 = p_N * t61
     # linear spring at arm.flexspline
-    t82 = q_7 - q_8 * p_N
-    t86 = _step(abs(t82) - p_S)
-    t89 = t86 * (t82 - p_S * _sign(t82))
-    t93 = p_d_3 * t86
-    t98 = _step(-(t89 * (p_c_3 * t89 + (qd_7 - qd_8 * p_N) * t93)))
-    t100 = t67 * t98 - 1.0
+    t79 = q_7 - q_8 * p_N
+    t83 = _step(abs(t79) - p_S)
+    t86 = t83 * (t79 - p_S * _sign(t79))
+    t90 = p_d_3 * t83
+    t95 = _step(-(t86 * (p_c_3 * t86 + (qd_7 - qd_8 * p_N) * t90)))
+    t97 = t66 * t95 - 1.0
     # derivative: linear spring at arm.flexspline
-    t101 = t86 * t100
-    t102 = p_N * t101
-    # derivative: viscous friction at arm.flexspline
-    t105 = t62 * t101
+    t98 = t83 * t97
+    t100 = p_N * t98
     # effort less bias force
-    t121 = t72 * (t59 * t76 + t62 * (t56 * t61)) + (qd_8 * y1_2_2_n_y - qd_4 * K_2_a) * 0.5
+    t117 = t71 * (t58 * t74 + t61 * (t55 * t60)) + (qd_8 * y1_2_2_n_y - qd_4 * K_2_a) * 0.5
     # solve: L D L^T
-    t122 = 1.0 / S_2t_11
-    t123 = t121 * t122
-    t134 = 1.0 / p_J_1
-    t135 = p_c_1 * t134
-    t136 = -t135
-    t137 = 1.0 / p_J_2
-    t138 = p_c_1 * t137
-    t141 = -(t137 * (p_c_1 + p_c_2))
-    t142 = 1.0 / p_J_3
-    t143 = p_c_2 * t142
-    t144 = p_c_2 * t137
-    t147 = t76 * t122
-    t150 = p_c_3 * t142
-    t156 = 1.0 / J_2_xx
-    t157 = t101 * t156
-    # derivative of effort
-    t160 = t30 * (c_2 * t123 + 2.0 * (qd_8 * omega_2r_x)) + t17 * (s_2 * t123 - 2.0 * (qd_8 * omega_2r_y))
-    t169 = 0.5 * (t10 * (p_g * s_2)) + (t76 * t102 - J_2_xx * G_2_1)
-    # solve: L D L^T
-    t173 = -(t134 * (p_d_1 + p_d_4))
-    t174 = p_d_1 * t137
-    t177 = p_d_1 * t134
-    t179 = -(t137 * (p_d_5 + (p_d_1 + p_d_2)))
-    t180 = p_d_2 * t142
-    t181 = p_d_2 * t137
-    # derivative of effort
-    t182 = p_d_2 + p_d_6
-    # solve: L D L^T
-    t203 = p_K_T * t137
-    t215 = p_K_p * (q_2 - u_1) + qd_2 * p_K_v
+    t118 = 1.0 / S_2t_11
+    t119 = t117 * t118
+    # link 2 (arm): moment, before its turn
+    t128 = s_2 * J_2_xx
+    t147 = p_K_p * (q_2 - u_1) + qd_2 * p_K_v
     # derivative
-    t226 = (_step(-(p_U_max + t215)) - 1.0) * (_step(-(p_U_max + min(p_U_max, -t215))) - 1.0)
-    t229 = 1.0 / p_L
-    t230 = p_K_p * t229
-    t236 = -(p_R * t229)
-    t240 = p_K_p * (q_6 - u_2) + qd_6 * p_K_v
-    t251 = (_step(-(p_U_max + t240)) - 1.0) * (_step(-(p_U_max + min(p_U_max, -t240))) - 1.0)
+    t158 = (_step(-(p_U_max + t147)) - 1.0) * (_step(-(p_U_max + min(p_U_max, -t147))) - 1.0)
+    t161 = 1.0 / p_L
+    t162 = p_K_p * t161
+    t168 = -(p_R * t161)
+    t172 = p_K_p * (q_6 - u_2) + qd_6 * p_K_v
+    t183 = (_step(-(p_U_max + t172)) - 1.0) * (_step(-(p_U_max + min(p_U_max, -t172))) - 1.0)
+    # solve: L D L^T
+    t190 = 1.0 / p_J_1
+    t191 = 1.0 / p_J_2
+    t192 = 1.0 / p_J_3
+    t193 = 1.0 / J_2_xx
+    t194 = p_c_1 * t190
+    t195 = -t194
+    t196 = p_c_1 * t191
+    t198 = -((p_c_1 + p_c_2) * t191)
+    t199 = p_c_2 * t192
+    t200 = p_c_2 * t191
+    t203 = t74 * t118
+    t206 = p_c_3 * t192
+    t207 = p_N * t72
+    t213 = t98 * t193
+    # derivative of effort
+    t216 = (c_2 * t119 + 2.0 * (qd_8 * omega_2r_x)) * t128 + t17 * (s_2 * t119 - 2.0 * (qd_8 * omega_2r_y))
+    t225 = 0.5 * (t10 * (p_g * s_2)) + (t74 * t100 - J_2_xx * G_2_1)
+    # solve: L D L^T
+    t228 = -((p_d_1 + p_d_4) * t190)
+    t229 = p_d_1 * t191
+    t230 = p_d_1 * t190
+    t232 = -((p_d_5 + (p_d_1 + p_d_2)) * t191)
+    t233 = p_d_2 * t192
+    t234 = p_d_2 * t191
+    # derivative of effort
+    t235 = p_d_2 + p_d_6
+    # solve: L D L^T
+    t238 = t61 * t72
+    t249 = t61 * t98
+    t257 = p_K_T * t191
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5990,16 +6100,16 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[141 * S + k] = 1.0
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
-    out[144 * S + k] = t136
-    out[145 * S + k] = t135
+    out[144 * S + k] = t195
+    out[145 * S + k] = t194
     out[146 * S + k] = 0.0
     out[147 * S + k] = 0.0
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
     out[151 * S + k] = 0.0
-    out[152 * S + k] = t173
-    out[153 * S + k] = t177
+    out[152 * S + k] = t228
+    out[153 * S + k] = t230
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
     out[156 * S + k] = 0.0
@@ -6008,36 +6118,36 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
     out[161 * S + k] = 0.0
-    out[162 * S + k] = t138
-    out[163 * S + k] = t141
-    out[164 * S + k] = t144
+    out[162 * S + k] = t196
+    out[163 * S + k] = t198
+    out[164 * S + k] = t200
     out[165 * S + k] = 0.0
     out[166 * S + k] = 0.0
     out[167 * S + k] = 0.0
     out[168 * S + k] = 0.0
     out[169 * S + k] = 0.0
-    out[170 * S + k] = t174
-    out[171 * S + k] = t179
-    out[172 * S + k] = t181
+    out[170 * S + k] = t229
+    out[171 * S + k] = t232
+    out[172 * S + k] = t234
     out[173 * S + k] = 0.0
     out[174 * S + k] = 0.0
     out[175 * S + k] = 0.0
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
-    out[178 * S + k] = t203
+    out[178 * S + k] = t257
     out[179 * S + k] = 0.0
     out[180 * S + k] = 0.0
-    out[181 * S + k] = t143
-    out[182 * S + k] = t142 * (p_c_3 * t73 - p_c_2)
-    out[183 * S + k] = -(t74 * t150)
+    out[181 * S + k] = t199
+    out[182 * S + k] = t192 * (p_c_3 * t72 - p_c_2)
+    out[183 * S + k] = -(t206 * t207)
     out[184 * S + k] = 0.0
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
-    out[189 * S + k] = t180
-    out[190 * S + k] = t142 * (t63 * t72 - t182)
-    out[191 * S + k] = -(t77 * t142)
+    out[189 * S + k] = t233
+    out[190 * S + k] = t192 * (t62 * t71 - t235)
+    out[191 * S + k] = -(t192 * t238)
     out[192 * S + k] = 0.0
     out[193 * S + k] = 0.0
     out[194 * S + k] = 0.0
@@ -6046,36 +6156,36 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
     out[199 * S + k] = 0.0
-    out[200 * S + k] = -(t73 * t147)
-    out[201 * S + k] = t74 * t147
+    out[200 * S + k] = -(t72 * t203)
+    out[201 * S + k] = t203 * t207
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = -(t122 * t160)
+    out[205 * S + k] = -(t118 * t216)
     out[206 * S + k] = 0.0
     out[207 * S + k] = 0.0
-    out[208 * S + k] = -(t77 * t122)
-    out[209 * S + k] = t122 * (K_2_a + t73 * t79)
+    out[208 * S + k] = -(t118 * t238)
+    out[209 * S + k] = t118 * (K_2_a + t72 * t76)
     out[210 * S + k] = 0.0
     out[211 * S + k] = 0.0
     out[212 * S + k] = 0.0
-    out[213 * S + k] = -(y1_2_2_n_y * t122)
+    out[213 * S + k] = -(y1_2_2_n_y * t118)
     out[214 * S + k] = 0.0
     out[215 * S + k] = 0.0
     out[216 * S + k] = 0.0
     out[217 * S + k] = 0.0
     out[218 * S + k] = 0.0
     out[219 * S + k] = 0.0
-    out[220 * S + k] = t136
-    out[221 * S + k] = t135
+    out[220 * S + k] = t195
+    out[221 * S + k] = t194
     out[222 * S + k] = 0.0
     out[223 * S + k] = 0.0
     out[224 * S + k] = 0.0
     out[225 * S + k] = 0.0
     out[226 * S + k] = 0.0
     out[227 * S + k] = 0.0
-    out[228 * S + k] = t173
-    out[229 * S + k] = t177
+    out[228 * S + k] = t228
+    out[229 * S + k] = t230
     out[230 * S + k] = 0.0
     out[231 * S + k] = 0.0
     out[232 * S + k] = 0.0
@@ -6084,36 +6194,36 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[235 * S + k] = 0.0
     out[236 * S + k] = 0.0
     out[237 * S + k] = 0.0
-    out[238 * S + k] = t138
-    out[239 * S + k] = t141
-    out[240 * S + k] = t144
+    out[238 * S + k] = t196
+    out[239 * S + k] = t198
+    out[240 * S + k] = t200
     out[241 * S + k] = 0.0
     out[242 * S + k] = 0.0
     out[243 * S + k] = 0.0
     out[244 * S + k] = 0.0
     out[245 * S + k] = 0.0
-    out[246 * S + k] = t174
-    out[247 * S + k] = t179
-    out[248 * S + k] = t181
+    out[246 * S + k] = t229
+    out[247 * S + k] = t232
+    out[248 * S + k] = t234
     out[249 * S + k] = 0.0
     out[250 * S + k] = 0.0
-    out[251 * S + k] = t203
+    out[251 * S + k] = t257
     out[252 * S + k] = 0.0
     out[253 * S + k] = 0.0
     out[254 * S + k] = 0.0
     out[255 * S + k] = 0.0
     out[256 * S + k] = 0.0
-    out[257 * S + k] = t143
-    out[258 * S + k] = t142 * (p_c_3 * t101 - p_c_2)
-    out[259 * S + k] = -(t102 * t150)
+    out[257 * S + k] = t199
+    out[258 * S + k] = t192 * (p_c_3 * t98 - p_c_2)
+    out[259 * S + k] = -(t100 * t206)
     out[260 * S + k] = 0.0
     out[261 * S + k] = 0.0
     out[262 * S + k] = 0.0
     out[263 * S + k] = 0.0
     out[264 * S + k] = 0.0
-    out[265 * S + k] = t180
-    out[266 * S + k] = t142 * (t93 * t100 - t182)
-    out[267 * S + k] = -(t105 * t142)
+    out[265 * S + k] = t233
+    out[266 * S + k] = t192 * (t90 * t97 - t235)
+    out[267 * S + k] = -(t192 * t249)
     out[268 * S + k] = 0.0
     out[269 * S + k] = 0.0
     out[270 * S + k] = 0.0
@@ -6122,20 +6232,20 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[273 * S + k] = 0.0
     out[274 * S + k] = 0.0
     out[275 * S + k] = 0.0
-    out[276 * S + k] = -(t76 * t157)
-    out[277 * S + k] = t156 * t169
+    out[276 * S + k] = -(t74 * t213)
+    out[277 * S + k] = t193 * t225
     out[278 * S + k] = 0.0
     out[279 * S + k] = 0.0
     out[280 * S + k] = 0.0
-    out[281 * S + k] = -2.0 * (t156 * (omega_2r_y * t30))
+    out[281 * S + k] = -2.0 * (t193 * (omega_2r_y * t128))
     out[282 * S + k] = 0.0
     out[283 * S + k] = 0.0
-    out[284 * S + k] = -(t105 * t156)
-    out[285 * S + k] = t79 * t157
+    out[284 * S + k] = -(t193 * t249)
+    out[285 * S + k] = t76 * t213
     out[286 * S + k] = 0.0
     out[287 * S + k] = 0.0
     out[288 * S + k] = 0.0
-    out[289 * S + k] = -(t226 * t230)
+    out[289 * S + k] = -(t158 * t162)
     out[290 * S + k] = 0.0
     out[291 * S + k] = 0.0
     out[292 * S + k] = 0.0
@@ -6143,21 +6253,21 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[294 * S + k] = 0.0
     out[295 * S + k] = 0.0
     out[296 * S + k] = 0.0
-    out[297 * S + k] = -((p_K_E + p_K_v * t226) * t229)
+    out[297 * S + k] = -((p_K_E + p_K_v * t158) * t161)
     out[298 * S + k] = 0.0
     out[299 * S + k] = 0.0
     out[300 * S + k] = 0.0
     out[301 * S + k] = 0.0
     out[302 * S + k] = 0.0
     out[303 * S + k] = 0.0
-    out[304 * S + k] = t236
+    out[304 * S + k] = t168
     out[305 * S + k] = 0.0
     out[306 * S + k] = 0.0
     out[307 * S + k] = 0.0
     out[308 * S + k] = 0.0
     out[309 * S + k] = 0.0
     out[310 * S + k] = 0.0
-    out[311 * S + k] = -(t230 * t251)
+    out[311 * S + k] = -(t162 * t183)
     out[312 * S + k] = 0.0
     out[313 * S + k] = 0.0
     out[314 * S + k] = 0.0
@@ -6165,11 +6275,11 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[316 * S + k] = 0.0
     out[317 * S + k] = 0.0
     out[318 * S + k] = 0.0
-    out[319 * S + k] = -(t229 * (p_K_E + p_K_v * t251))
+    out[319 * S + k] = -(t161 * (p_K_E + p_K_v * t183))
     out[320 * S + k] = 0.0
     out[321 * S + k] = 0.0
     out[322 * S + k] = 0.0
-    out[323 * S + k] = t236
+    out[323 * S + k] = t168
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6197,6 +6307,8 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 324:
         raise ValueError("out must have 324 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -6383,6 +6495,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -6571,6 +6685,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -7015,6 +7131,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 8 entries")
     if out.size != 224:
         raise ValueError("out must have 224 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -7489,6 +7607,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 224:
         raise ValueError("out must have 224 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -7647,29 +7767,29 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     w_2_xy = omega_2r_x * (c_2 * qd_4)
     w_2_xz = qd_8 * omega_2r_x
     # link 2 (arm): Euler, inertial moment
-    t29 = c_2 * 4.905
-    N_2_z = t29 + w_2_xy * 0.25
+    t30 = c_2 * 4.905
+    N_2_z = t30 + w_2_xy * 0.25
     # linear spring at column.tachometer_shaft
-    t33 = q_1 - q_2
+    t34 = q_1 - q_2
     # viscous friction at column.tachometer_shaft
-    t34 = qd_1 - qd_2
+    t35 = qd_1 - qd_2
     # linear spring at column.motor_shaft
-    t35 = q_2 - q_3
+    t36 = q_2 - q_3
     # viscous friction at column.motor_shaft
-    t36 = qd_2 - qd_3
+    t37 = qd_2 - qd_3
     # linear spring at column.flexspline
-    t39 = q_3 - q_4 * 25.923792
-    t43 = _step(abs(t39) - 0.01)
-    t44 = _sign(t39)
-    t47 = t43 * (t39 - 0.01 * t44)
-    t49 = qd_3 - qd_4 * 25.923792
-    t50 = t43 * t49
-    t52 = t47 * 1.44
-    t55 = t52 + t50 * 0.0016
-    t60 = _step(-(t47 * t55)) - 1.0
-    t61 = t47 * t60
+    t40 = q_3 - q_4 * 25.923792
+    t44 = _step(abs(t40) - 0.01)
+    t45 = _sign(t40)
+    t48 = t44 * (t40 - 0.01 * t45)
+    t50 = qd_3 - qd_4 * 25.923792
+    t51 = t44 * t50
+    t53 = t48 * 1.44
+    t56 = t53 + t51 * 0.0016
+    t60 = _step(-(t48 * t56)) - 1.0
+    t61 = t48 * t60
     # viscous friction at column.flexspline
-    t62 = t50 * t60
+    t62 = t51 * t60
     # linear spring at arm.tachometer_shaft
     t63 = q_5 - q_6
     # viscous friction at arm.tachometer_shaft
@@ -7696,8 +7816,8 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # Coulomb friction at arm.motor
     t88 = _sign(qd_6)
     # effort less bias force
-    t93 = t33 * 789.0 + t34 * 0.0012
-    t101 = t35 * 1225.0 + t36 * 0.068
+    t93 = t34 * 789.0 + t35 * 0.0012
+    t101 = t36 * 1225.0 + t37 * 0.068
     t111 = t93 + (z_1 * 0.088 - qd_2 * 1.2e-05 - t87 * 0.025) - t101
     t125 = t61 * 37.33026048 + t62 * 0.0414780672 - c_2 * w_2_xz * 0.5
     t128 = t63 * 789.0 + t64 * 0.0012
@@ -7709,38 +7829,38 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 2 (arm): acceleration field U along the axis
     t150 = c_2 * t149
     # derivative: linear spring at column.flexspline
-    t155 = q_4 * t43
-    t157 = t60 * (t43 * t44)
+    t161 = q_4 * t44
+    t163 = t60 * (t44 * t45)
     # derivative: linear spring at arm.flexspline
-    t161 = q_8 * t71
-    t163 = t84 * (t71 * t72)
-    # solve: L D L^T
-    t169 = t150 * (w_2_xz * 2.0 - t125 * t150)
-    # derivative of effort
-    t185 = t52 - 37.33026048 * t155 - t43 * (qd_4 * 0.0414780672 - t49 * 0.0016)
-    t189 = t71 * (qd_8 * 0.0414780672 - 0.0016 * t77) + (t79 + 37.33026048 * t161)
-    # solve: L D L^T
-    t196 = t60 * (1.44 * t155 + 0.0016 * (qd_4 * t43)) * -5102.040816326531
-    t204 = -5102.040816326531 * (t84 * (1.44 * t161 + 0.0016 * (qd_8 * t71)))
-    t220 = (qd_3 * 0.0007 - t101 - t55 * t60) * 26030820.491461895
-    t221 = (qd_7 * 0.0007 - t133 - t81 * t84) * 26030820.491461895
-    t270 = q_2 - u_1
-    t274 = qd_2 * 0.5 + t270 * 50.0
-    t277 = min(24.0, -t274)
+    t167 = q_8 * t71
     # derivative
-    t279 = _step(-24.0 - t274)
-    t283 = _step(-24.0 - t277)
-    t284 = t283 - 1.0
-    t287 = (t279 - 1.0) * t284
-    t302 = (z_1 * 1.6 + qd_2 * 0.088 - max(-24.0, t277)) * 132117849.12141632
-    t303 = q_6 - u_2
-    t306 = qd_6 * 0.5 + 50.0 * t303
-    t308 = min(24.0, -t306)
-    t310 = _step(-24.0 - t306)
-    t314 = _step(-24.0 - t308)
-    t315 = t314 - 1.0
-    t318 = (t310 - 1.0) * t315
-    t330 = 132117849.12141632 * (z_2 * 1.6 + qd_6 * 0.088 - max(-24.0, t308))
+    t174 = t71 * (qd_8 * 0.0414780672 - 0.0016 * t77) + (t79 + 37.33026048 * t167)
+    # derivative of effort
+    t182 = t53 - 37.33026048 * t161 - t44 * (qd_4 * 0.0414780672 - t50 * 0.0016)
+    t190 = q_2 - u_1
+    t194 = qd_2 * 0.5 + t190 * 50.0
+    t197 = min(24.0, -t194)
+    # derivative
+    t199 = _step(-24.0 - t194)
+    t203 = _step(-24.0 - t197)
+    t204 = t203 - 1.0
+    t207 = (t199 - 1.0) * t204
+    t222 = (z_1 * 1.6 + qd_2 * 0.088 - max(-24.0, t197)) * 132117849.12141632
+    t223 = q_6 - u_2
+    t226 = qd_6 * 0.5 + 50.0 * t223
+    t228 = min(24.0, -t226)
+    t230 = _step(-24.0 - t226)
+    t234 = _step(-24.0 - t228)
+    t235 = t234 - 1.0
+    t238 = (t230 - 1.0) * t235
+    t250 = 132117849.12141632 * (z_2 * 1.6 + qd_6 * 0.088 - max(-24.0, t228))
+    # solve: L D L^T
+    t253 = t150 * (w_2_xz * 2.0 - t125 * t150)
+    t262 = t60 * (1.44 * t161 + 0.0016 * (qd_4 * t44)) * -5102.040816326531
+    t266 = -5102.040816326531 * (t84 * (1.44 * t167 + 0.0016 * (qd_8 * t71)))
+    t282 = (qd_3 * 0.0007 - t101 - t56 * t60) * 26030820.491461895
+    t283 = (qd_7 * 0.0007 - t133 - t81 * t84) * 26030820.491461895
+    t326 = t84 * (t71 * t72)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -7978,13 +8098,13 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[234 * S + k] = (t93 + qd_1 * 7.6e-05) * 865051903.1141869
     out[235 * S + k] = 0.0
     out[236 * S + k] = 0.0
-    out[237 * S + k] = t34 * -29411.764705882353
+    out[237 * S + k] = t35 * -29411.764705882353
     out[238 * S + k] = 0.0
     out[239 * S + k] = 0.0
     out[240 * S + k] = qd_1 * -29411.764705882353
     out[241 * S + k] = 0.0
     out[242 * S + k] = 0.0
-    out[243 * S + k] = t33 * -29411.764705882353
+    out[243 * S + k] = t34 * -29411.764705882353
     out[244 * S + k] = 0.0
     out[245 * S + k] = 0.0
     out[246 * S + k] = 0.0
@@ -8006,14 +8126,14 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[262 * S + k] = 0.0
     out[263 * S + k] = t111 * -594883997.620464
     out[264 * S + k] = 0.0
-    out[265 * S + k] = t34 * 24390.243902439022
-    out[266 * S + k] = t36 * -24390.243902439022
+    out[265 * S + k] = t35 * 24390.243902439022
+    out[266 * S + k] = t37 * -24390.243902439022
     out[267 * S + k] = 0.0
     out[268 * S + k] = 0.0
     out[269 * S + k] = qd_2 * -24390.243902439022
     out[270 * S + k] = 0.0
-    out[271 * S + k] = t33 * 24390.243902439022
-    out[272 * S + k] = t35 * -24390.243902439022
+    out[271 * S + k] = t34 * 24390.243902439022
+    out[272 * S + k] = t36 * -24390.243902439022
     out[273 * S + k] = 0.0
     out[274 * S + k] = 0.0
     out[275 * S + k] = 0.0
@@ -8024,7 +8144,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[280 * S + k] = 0.0
     out[281 * S + k] = 0.0
     out[282 * S + k] = 0.0
-    out[283 * S + k] = t196
+    out[283 * S + k] = t262
     out[284 * S + k] = 0.0
     out[285 * S + k] = 0.0
     out[286 * S + k] = 0.0
@@ -8033,26 +8153,26 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[289 * S + k] = 0.0
     out[290 * S + k] = 0.0
     out[291 * S + k] = 0.0
-    out[292 * S + k] = t220
+    out[292 * S + k] = t282
     out[293 * S + k] = 0.0
-    out[294 * S + k] = t36 * 5102.040816326531
+    out[294 * S + k] = t37 * 5102.040816326531
     out[295 * S + k] = t62 * 5102.040816326531
     out[296 * S + k] = 0.0
     out[297 * S + k] = 0.0
     out[298 * S + k] = qd_3 * -5102.040816326531
     out[299 * S + k] = 0.0
-    out[300 * S + k] = t35 * 5102.040816326531
+    out[300 * S + k] = t36 * 5102.040816326531
     out[301 * S + k] = t61 * 5102.040816326531
-    out[302 * S + k] = t157 * -7346.938775510204
+    out[302 * S + k] = t163 * -7346.938775510204
     out[303 * S + k] = 0.0
     out[304 * S + k] = 0.0
     out[305 * S + k] = 0.0
     out[306 * S + k] = 0.0
     out[307 * S + k] = 0.0
     out[308 * S + k] = 0.0
-    out[309 * S + k] = -0.25 * t169
-    out[310 * S + k] = t169 * -0.5
-    out[311 * S + k] = t185 * (t60 * t149)
+    out[309 * S + k] = -0.25 * t253
+    out[310 * S + k] = t253 * -0.5
+    out[311 * S + k] = t182 * (t60 * t149)
     out[312 * S + k] = 0.0
     out[313 * S + k] = 0.0
     out[314 * S + k] = 0.0
@@ -8071,7 +8191,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[327 * S + k] = 0.0
     out[328 * S + k] = 0.0
     out[329 * S + k] = 25.923792 * (t61 * t149)
-    out[330 * S + k] = t149 * t157 * -37.33026048
+    out[330 * S + k] = t149 * t163 * -37.33026048
     out[331 * S + k] = 0.0
     out[332 * S + k] = 0.0
     out[333 * S + k] = 0.0
@@ -8136,7 +8256,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[392 * S + k] = 0.0
     out[393 * S + k] = 0.0
     out[394 * S + k] = 0.0
-    out[395 * S + k] = t204
+    out[395 * S + k] = t266
     out[396 * S + k] = 0.0
     out[397 * S + k] = 0.0
     out[398 * S + k] = 0.0
@@ -8145,7 +8265,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[401 * S + k] = 0.0
     out[402 * S + k] = 0.0
     out[403 * S + k] = 0.0
-    out[404 * S + k] = t221
+    out[404 * S + k] = t283
     out[405 * S + k] = 0.0
     out[406 * S + k] = t66 * 5102.040816326531
     out[407 * S + k] = t86 * 5102.040816326531
@@ -8155,7 +8275,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[411 * S + k] = 0.0
     out[412 * S + k] = t65 * 5102.040816326531
     out[413 * S + k] = t85 * -5102.040816326531
-    out[414 * S + k] = t163 * 7346.938775510204
+    out[414 * S + k] = t326 * 7346.938775510204
     out[415 * S + k] = 0.0
     out[416 * S + k] = 0.0
     out[417 * S + k] = 0.0
@@ -8163,8 +8283,8 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[419 * S + k] = 0.0
     out[420 * S + k] = c_2 * -2.0
     out[421 * S + k] = (N_2_z - t148) * -4.0
-    out[422 * S + k] = -4.0 * (t29 + 0.5 * (w_2_xy - t148 * 4.0))
-    out[423 * S + k] = 4.0 * (t84 * t189)
+    out[422 * S + k] = (t30 + 0.5 * (w_2_xy - t148 * 4.0)) * -4.0
+    out[423 * S + k] = 4.0 * (t84 * t174)
     out[424 * S + k] = 0.0
     out[425 * S + k] = 0.0
     out[426 * S + k] = 0.0
@@ -8183,7 +8303,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[439 * S + k] = 0.0
     out[440 * S + k] = 0.0
     out[441 * S + k] = t85 * 103.695168
-    out[442 * S + k] = t163 * -149.32104192
+    out[442 * S + k] = t326 * -149.32104192
     out[443 * S + k] = 0.0
     out[444 * S + k] = 0.0
     out[445 * S + k] = 0.0
@@ -8194,7 +8314,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[450 * S + k] = 0.0
     out[451 * S + k] = 0.0
     out[452 * S + k] = z_1 * -11494.252873563219
-    out[453 * S + k] = t302
+    out[453 * S + k] = t222
     out[454 * S + k] = 0.0
     out[455 * S + k] = qd_2 * -11494.252873563219
     out[456 * S + k] = 0.0
@@ -8212,9 +8332,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[468 * S + k] = 0.0
     out[469 * S + k] = 0.0
     out[470 * S + k] = 0.0
-    out[471 * S + k] = -11494.252873563219 * (t270 * t287)
-    out[472 * S + k] = -11494.252873563219 * (qd_2 * t287)
-    out[473 * S + k] = (t283 + t279 * t284) * -11494.252873563219
+    out[471 * S + k] = -11494.252873563219 * (t190 * t207)
+    out[472 * S + k] = -11494.252873563219 * (qd_2 * t207)
+    out[473 * S + k] = (t203 + t199 * t204) * -11494.252873563219
     out[474 * S + k] = 0.0
     out[475 * S + k] = 0.0
     out[476 * S + k] = 0.0
@@ -8222,7 +8342,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[478 * S + k] = 0.0
     out[479 * S + k] = 0.0
     out[480 * S + k] = z_2 * -11494.252873563219
-    out[481 * S + k] = t330
+    out[481 * S + k] = t250
     out[482 * S + k] = 0.0
     out[483 * S + k] = qd_6 * -11494.252873563219
     out[484 * S + k] = 0.0
@@ -8240,9 +8360,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[496 * S + k] = 0.0
     out[497 * S + k] = 0.0
     out[498 * S + k] = 0.0
-    out[499 * S + k] = -11494.252873563219 * (t303 * t318)
-    out[500 * S + k] = -11494.252873563219 * (qd_6 * t318)
-    out[501 * S + k] = -11494.252873563219 * (t314 + t310 * t315)
+    out[499 * S + k] = -11494.252873563219 * (t223 * t238)
+    out[500 * S + k] = -11494.252873563219 * (qd_6 * t238)
+    out[501 * S + k] = -11494.252873563219 * (t234 + t230 * t235)
     out[502 * S + k] = 0.0
     out[503 * S + k] = 0.0
 
@@ -8268,6 +8388,8 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 504:
         raise ValueError("out must have 504 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -8440,31 +8562,31 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     w_2_xy = omega_2r_x * (qd_4 * c_2)
     w_2_xz = qd_8 * omega_2r_x
     # linear spring at column.tachometer_shaft
-    t59 = q_1 - q_2
+    t60 = q_1 - q_2
     # viscous friction at column.tachometer_shaft
-    t61 = qd_1 - qd_2
+    t62 = qd_1 - qd_2
     # linear spring at column.motor_shaft
-    t63 = q_2 - q_3
+    t64 = q_2 - q_3
     # viscous friction at column.motor_shaft
-    t65 = qd_2 - qd_3
+    t66 = qd_2 - qd_3
     # linear spring at column.flexspline
-    t68 = q_3 - q_4 * p_N
-    t71 = _step(abs(t68) - p_S)
-    t72 = _sign(t68)
-    t75 = t71 * (t68 - p_S * t72)
-    t77 = qd_3 - qd_4 * p_N
-    t78 = p_d_3 * t77
-    t80 = p_c_3 * t75
-    t81 = t71 * t78 + t80
-    t82 = _step(p_S)
-    t88 = t82 * _step(-(t75 * t81)) - 1.0
+    t69 = q_3 - q_4 * p_N
+    t72 = _step(abs(t69) - p_S)
+    t73 = _sign(t69)
+    t76 = t72 * (t69 - p_S * t73)
+    t78 = qd_3 - qd_4 * p_N
+    t79 = p_d_3 * t78
+    t81 = p_c_3 * t76
+    t82 = t72 * t79 + t81
+    t83 = _step(p_S)
+    t88 = t83 * _step(-(t76 * t82)) - 1.0
     t89 = p_N * p_c_3
-    t90 = t75 * t88
+    t90 = t76 * t88
     linear_spring_column_flexspline_4 = t89 * t90
     # viscous friction at column.flexspline
     t92 = p_N * p_d_3
-    t93 = t71 * t88
-    t94 = t77 * t93
+    t93 = t72 * t78
+    t94 = t88 * t93
     viscous_friction_column_flexspline_4 = t92 * t94
     # linear spring at arm.tachometer_shaft
     t96 = q_5 - q_6
@@ -8483,7 +8605,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t115 = qd_7 - qd_8 * p_N
     t116 = p_d_3 * t115
     t118 = t113 + t108 * t116
-    t123 = t82 * _step(-(t112 * t118)) - 1.0
+    t123 = t83 * _step(-(t112 * t118)) - 1.0
     # viscous friction at column.tachometer
     viscous_friction_column_tachometer_1 = qd_1 * p_d_4
     # viscous friction at column.motor
@@ -8503,9 +8625,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t132 = _sign(qd_6)
     coulomb_friction_arm_motor_6 = p_T_f * t132
     # effort less bias force
-    t134 = p_c_1 * t59 + p_d_1 * t61
-    t136 = p_c_2 * t63 + p_d_2 * t65
-    t139 = viscous_friction_column_harmonic_drive_3 - t136 - t81 * t88
+    t134 = p_c_1 * t60 + p_d_1 * t62
+    t136 = p_c_2 * t64 + p_d_2 * t66
+    t139 = viscous_friction_column_harmonic_drive_3 - t136 - t82 * t88
     t142 = linear_spring_column_flexspline_4 + viscous_friction_column_flexspline_4
     t146 = p_c_1 * t96 + p_d_1 * t98
     t148 = p_c_2 * t100 + p_d_2 * t102
@@ -8526,56 +8648,57 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     # link 2 (arm): acceleration field U
     t171 = (t142 - w_2_xz * (J_2_xx * c_2) * 2.0) * t168 + w_2_xz * 2.0
     # derivative: linear spring at column.flexspline
-    t173 = q_4 * t71
-    t174 = t71 * t72
+    t173 = q_4 * t72
+    t174 = t72 * t73
     t175 = p_c_3 * t88
     # derivative: linear spring at arm.flexspline
-    t182 = q_8 * t108
-    t183 = t108 * t109
-    t184 = p_c_3 * t123
-    # solve: L D L^T
-    t195 = t168 * t171
-    # derivative of effort
-    t197 = w_2_xy - t158 * t163
-    # solve: L D L^T
-    t215 = t88 * t162
-    t218 = t215 * (t89 * t173 - t80 - t71 * (t78 - qd_4 * t92))
-    t219 = t161 * (t182 * t184 + t123 * (t108 * (qd_8 * p_d_3)))
-    t221 = t123 * t163
-    t224 = t221 * (t89 * t182 - t113 - t108 * (t116 - qd_8 * t92))
-    t231 = t159 * t159
-    t232 = (viscous_friction_column_tachometer_1 + t134) * t231
-    t234 = t160 * t160
-    # effort less bias force
-    t236 = coulomb_friction_column_motor_2 + (viscous_friction_column_motor_2 - z_1 * p_K_T)
-    t241 = coulomb_friction_arm_motor_6 + (viscous_friction_arm_motor_6 - z_2 * p_K_T)
-    # solve: L D L^T
-    t245 = t161 * t161
-    t261 = p_N * t162
-    t264 = t123 * t161
-    t266 = p_N * t221
-    t319 = q_2 - u_1
-    t322 = p_K_p * t319 + qd_2 * p_K_v
-    t324 = -p_U_max
-    t325 = min(p_U_max, -t322)
+    t183 = q_8 * t108
+    t184 = t108 * t109
+    t185 = p_c_3 * t123
+    t207 = q_2 - u_1
+    t210 = p_K_p * t207 + qd_2 * p_K_v
+    t212 = -p_U_max
+    t213 = min(p_U_max, -t210)
     # derivative
-    t328 = _step(-(p_U_max + t322))
-    t333 = _step(-(p_U_max + t325))
-    t334 = t333 - 1.0
-    t337 = (t328 - 1.0) * t334
-    t340 = 1.0 / p_L
-    t346 = qd_2 * t340
-    t352 = t340 * t340
-    t353 = (qd_2 * p_K_E + z_1 * p_R - max(t324, t325)) * t352
-    t356 = q_6 - u_2
-    t359 = p_K_p * t356 + qd_6 * p_K_v
-    t361 = min(p_U_max, -t359)
-    t364 = _step(-(p_U_max + t359))
-    t369 = _step(-(p_U_max + t361))
-    t370 = t369 - 1.0
-    t373 = (t364 - 1.0) * t370
-    t381 = qd_6 * t340
-    t387 = t352 * (qd_6 * p_K_E + z_2 * p_R - max(t324, t361))
+    t216 = _step(-(p_U_max + t210))
+    t221 = _step(-(p_U_max + t213))
+    t222 = t221 - 1.0
+    t225 = (t216 - 1.0) * t222
+    t228 = 1.0 / p_L
+    t234 = qd_2 * t228
+    t240 = t228 * t228
+    t241 = (qd_2 * p_K_E + z_1 * p_R - max(t212, t213)) * t240
+    t244 = q_6 - u_2
+    t247 = p_K_p * t244 + qd_6 * p_K_v
+    t249 = min(p_U_max, -t247)
+    t252 = _step(-(p_U_max + t247))
+    t257 = _step(-(p_U_max + t249))
+    t258 = t257 - 1.0
+    t261 = (t252 - 1.0) * t258
+    t269 = qd_6 * t228
+    t275 = t240 * (qd_6 * p_K_E + z_2 * p_R - max(t212, t249))
+    # solve: L D L^T
+    t279 = t168 * t171
+    # derivative of effort
+    t281 = w_2_xy - t158 * t163
+    # solve: L D L^T
+    t293 = t161 * (t173 * t175 + t88 * (t72 * (qd_4 * p_d_3)))
+    t295 = t88 * t162
+    t298 = t295 * (t89 * t173 - t81 - t72 * (t79 - qd_4 * t92))
+    t299 = t161 * (t183 * t185 + t123 * (t108 * (qd_8 * p_d_3)))
+    t301 = t123 * t163
+    t304 = t301 * (t89 * t183 - t113 - t108 * (t116 - qd_8 * t92))
+    t311 = t159 * t159
+    t312 = (viscous_friction_column_tachometer_1 + t134) * t311
+    t314 = t160 * t160
+    # effort less bias force
+    t316 = coulomb_friction_column_motor_2 + (viscous_friction_column_motor_2 - z_1 * p_K_T)
+    t321 = coulomb_friction_arm_motor_6 + (viscous_friction_arm_motor_6 - z_2 * p_K_T)
+    # solve: L D L^T
+    t325 = t161 * t161
+    t341 = p_N * t295
+    t344 = t123 * t161
+    t346 = p_N * t301
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -8810,16 +8933,16 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[231 * S + k] = 0.0
     out[232 * S + k] = 0.0
     out[233 * S + k] = 0.0
-    out[234 * S + k] = t232
+    out[234 * S + k] = t312
     out[235 * S + k] = 0.0
     out[236 * S + k] = 0.0
-    out[237 * S + k] = -(t61 * t159)
+    out[237 * S + k] = -(t62 * t159)
     out[238 * S + k] = 0.0
     out[239 * S + k] = 0.0
     out[240 * S + k] = -(qd_1 * t159)
     out[241 * S + k] = 0.0
     out[242 * S + k] = 0.0
-    out[243 * S + k] = -(t59 * t159)
+    out[243 * S + k] = -(t60 * t159)
     out[244 * S + k] = 0.0
     out[245 * S + k] = 0.0
     out[246 * S + k] = 0.0
@@ -8839,16 +8962,16 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[260 * S + k] = 0.0
     out[261 * S + k] = -(t127 * t160)
     out[262 * S + k] = 0.0
-    out[263 * S + k] = t234 * (t136 + (t236 - t134))
+    out[263 * S + k] = t314 * (t136 + (t316 - t134))
     out[264 * S + k] = 0.0
-    out[265 * S + k] = t61 * t160
-    out[266 * S + k] = -(t65 * t160)
+    out[265 * S + k] = t62 * t160
+    out[266 * S + k] = -(t66 * t160)
     out[267 * S + k] = 0.0
     out[268 * S + k] = 0.0
     out[269 * S + k] = -(qd_2 * t160)
     out[270 * S + k] = 0.0
-    out[271 * S + k] = t59 * t160
-    out[272 * S + k] = -(t63 * t160)
+    out[271 * S + k] = t60 * t160
+    out[272 * S + k] = -(t64 * t160)
     out[273 * S + k] = 0.0
     out[274 * S + k] = 0.0
     out[275 * S + k] = 0.0
@@ -8859,7 +8982,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[280 * S + k] = 0.0
     out[281 * S + k] = 0.0
     out[282 * S + k] = 0.0
-    out[283 * S + k] = -(t161 * (t173 * t175 + t93 * (qd_4 * p_d_3)))
+    out[283 * S + k] = -t293
     out[284 * S + k] = 0.0
     out[285 * S + k] = 0.0
     out[286 * S + k] = 0.0
@@ -8868,15 +8991,15 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[289 * S + k] = 0.0
     out[290 * S + k] = 0.0
     out[291 * S + k] = 0.0
-    out[292 * S + k] = t139 * t245
+    out[292 * S + k] = t139 * t325
     out[293 * S + k] = 0.0
-    out[294 * S + k] = t65 * t161
+    out[294 * S + k] = t66 * t161
     out[295 * S + k] = t94 * t161
     out[296 * S + k] = 0.0
     out[297 * S + k] = 0.0
     out[298 * S + k] = -(qd_3 * t161)
     out[299 * S + k] = 0.0
-    out[300 * S + k] = t63 * t161
+    out[300 * S + k] = t64 * t161
     out[301 * S + k] = t90 * t161
     out[302 * S + k] = -(t175 * (t161 * t174))
     out[303 * S + k] = 0.0
@@ -8885,9 +9008,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[306 * S + k] = 0.0
     out[307 * S + k] = 0.0
     out[308 * S + k] = 0.0
-    out[309 * S + k] = t167 * t195
-    out[310 * S + k] = t166 * t195
-    out[311 * S + k] = t218
+    out[309 * S + k] = t167 * t279
+    out[310 * S + k] = t166 * t279
+    out[311 * S + k] = t298
     out[312 * S + k] = 0.0
     out[313 * S + k] = 0.0
     out[314 * S + k] = 0.0
@@ -8899,14 +9022,14 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[320 * S + k] = 0.0
     out[321 * S + k] = 0.0
     out[322 * S + k] = 0.0
-    out[323 * S + k] = -(t94 * t261)
+    out[323 * S + k] = -(t93 * t341)
     out[324 * S + k] = 0.0
     out[325 * S + k] = 0.0
     out[326 * S + k] = 0.0
     out[327 * S + k] = 0.0
     out[328 * S + k] = 0.0
-    out[329 * S + k] = -(t90 * t261)
-    out[330 * S + k] = t215 * (t89 * t174)
+    out[329 * S + k] = -(t76 * t341)
+    out[330 * S + k] = t295 * (t89 * t174)
     out[331 * S + k] = 0.0
     out[332 * S + k] = 0.0
     out[333 * S + k] = 0.0
@@ -8922,7 +9045,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[343 * S + k] = 0.0
     out[344 * S + k] = 0.0
     out[345 * S + k] = 0.0
-    out[346 * S + k] = (viscous_friction_arm_tachometer_5 + t146) * t231
+    out[346 * S + k] = (viscous_friction_arm_tachometer_5 + t146) * t311
     out[347 * S + k] = 0.0
     out[348 * S + k] = 0.0
     out[349 * S + k] = -(t98 * t159)
@@ -8951,7 +9074,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[372 * S + k] = 0.0
     out[373 * S + k] = -(t132 * t160)
     out[374 * S + k] = 0.0
-    out[375 * S + k] = t234 * (t148 + (t241 - t146))
+    out[375 * S + k] = t314 * (t148 + (t321 - t146))
     out[376 * S + k] = 0.0
     out[377 * S + k] = t98 * t160
     out[378 * S + k] = -(t102 * t160)
@@ -8971,7 +9094,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[392 * S + k] = 0.0
     out[393 * S + k] = 0.0
     out[394 * S + k] = 0.0
-    out[395 * S + k] = -t219
+    out[395 * S + k] = -t299
     out[396 * S + k] = 0.0
     out[397 * S + k] = 0.0
     out[398 * S + k] = 0.0
@@ -8980,26 +9103,26 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[401 * S + k] = 0.0
     out[402 * S + k] = 0.0
     out[403 * S + k] = 0.0
-    out[404 * S + k] = t151 * t245
+    out[404 * S + k] = t151 * t325
     out[405 * S + k] = 0.0
     out[406 * S + k] = t102 * t161
-    out[407 * S + k] = t153 * t264
+    out[407 * S + k] = t153 * t344
     out[408 * S + k] = 0.0
     out[409 * S + k] = 0.0
     out[410 * S + k] = -(qd_7 * t161)
     out[411 * S + k] = 0.0
     out[412 * S + k] = t100 * t161
-    out[413 * S + k] = t112 * t264
-    out[414 * S + k] = -(t184 * (t161 * t183))
+    out[413 * S + k] = t112 * t344
+    out[414 * S + k] = -(t185 * (t161 * t184))
     out[415 * S + k] = 0.0
     out[416 * S + k] = 0.0
     out[417 * S + k] = 0.0
     out[418 * S + k] = 0.0
     out[419 * S + k] = 0.0
     out[420 * S + k] = -(t163 * (J_2_x1 * c_2))
-    out[421 * S + k] = -(t163 * (t49 * a_2r_y + t167 * t197))
-    out[422 * S + k] = t163 * (p_m * a_2r_y * -0.5 - t166 * t197)
-    out[423 * S + k] = t224
+    out[421 * S + k] = -(t163 * (t49 * a_2r_y + t167 * t281))
+    out[422 * S + k] = t163 * (p_m * a_2r_y * -0.5 - t166 * t281)
+    out[423 * S + k] = t304
     out[424 * S + k] = 0.0
     out[425 * S + k] = 0.0
     out[426 * S + k] = 0.0
@@ -9011,14 +9134,14 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[432 * S + k] = 0.0
     out[433 * S + k] = 0.0
     out[434 * S + k] = 0.0
-    out[435 * S + k] = -(t153 * t266)
+    out[435 * S + k] = -(t153 * t346)
     out[436 * S + k] = 0.0
     out[437 * S + k] = 0.0
     out[438 * S + k] = 0.0
     out[439 * S + k] = 0.0
     out[440 * S + k] = 0.0
-    out[441 * S + k] = -(t112 * t266)
-    out[442 * S + k] = t221 * (t89 * t183)
+    out[441 * S + k] = -(t112 * t346)
+    out[442 * S + k] = t301 * (t89 * t184)
     out[443 * S + k] = 0.0
     out[444 * S + k] = 0.0
     out[445 * S + k] = 0.0
@@ -9028,10 +9151,10 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[449 * S + k] = 0.0
     out[450 * S + k] = 0.0
     out[451 * S + k] = 0.0
-    out[452 * S + k] = -(z_1 * t340)
-    out[453 * S + k] = t353
+    out[452 * S + k] = -(z_1 * t228)
+    out[453 * S + k] = t241
     out[454 * S + k] = 0.0
-    out[455 * S + k] = -t346
+    out[455 * S + k] = -t234
     out[456 * S + k] = 0.0
     out[457 * S + k] = 0.0
     out[458 * S + k] = 0.0
@@ -9047,19 +9170,19 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[468 * S + k] = 0.0
     out[469 * S + k] = 0.0
     out[470 * S + k] = 0.0
-    out[471 * S + k] = -(t340 * (t319 * t337))
-    out[472 * S + k] = -(t337 * t346)
-    out[473 * S + k] = -((t333 + t328 * t334) * t340)
+    out[471 * S + k] = -(t228 * (t207 * t225))
+    out[472 * S + k] = -(t225 * t234)
+    out[473 * S + k] = -((t221 + t216 * t222) * t228)
     out[474 * S + k] = 0.0
     out[475 * S + k] = 0.0
     out[476 * S + k] = 0.0
     out[477 * S + k] = 0.0
     out[478 * S + k] = 0.0
     out[479 * S + k] = 0.0
-    out[480 * S + k] = -(z_2 * t340)
-    out[481 * S + k] = t387
+    out[480 * S + k] = -(z_2 * t228)
+    out[481 * S + k] = t275
     out[482 * S + k] = 0.0
-    out[483 * S + k] = -t381
+    out[483 * S + k] = -t269
     out[484 * S + k] = 0.0
     out[485 * S + k] = 0.0
     out[486 * S + k] = 0.0
@@ -9075,9 +9198,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[496 * S + k] = 0.0
     out[497 * S + k] = 0.0
     out[498 * S + k] = 0.0
-    out[499 * S + k] = -(t373 * (t340 * t356))
-    out[500 * S + k] = -(t373 * t381)
-    out[501 * S + k] = -(t340 * (t369 + t364 * t370))
+    out[499 * S + k] = -(t261 * (t228 * t244))
+    out[500 * S + k] = -(t261 * t269)
+    out[501 * S + k] = -(t228 * (t257 + t252 * t258))
     out[502 * S + k] = 0.0
     out[503 * S + k] = 0.0
 
@@ -9107,6 +9230,8 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 504:
         raise ValueError("out must have 504 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -9563,6 +9688,8 @@ def output_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -9735,6 +9862,8 @@ def output_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -9878,6 +10007,8 @@ def output_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -10016,6 +10147,8 @@ def output_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -10212,6 +10345,8 @@ def output_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 56:
         raise ValueError("out must have 56 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -10405,6 +10540,8 @@ def output_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 56:
         raise ValueError("out must have 56 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -10564,6 +10701,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 8 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -10707,6 +10846,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -10883,6 +11024,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 8 entries")
     if out.size != 48:
         raise ValueError("out must have 48 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -11058,6 +11201,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 48:
         raise ValueError("out must have 48 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -11249,6 +11394,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 8 entries")
     if out.size != 48:
         raise ValueError("out must have 48 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -11455,6 +11602,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 48:
         raise ValueError("out must have 48 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -11918,6 +12067,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 8 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -12128,6 +12279,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 28 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -955,6 +1041,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -1080,6 +1168,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -1203,6 +1293,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -1328,6 +1420,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -2903,6 +2997,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -3095,6 +3191,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -3281,6 +3379,8 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
@@ -3428,21 +3528,22 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
     # link 2 (arm): effort with joint 2
     y1_2_2_n_y = omega_2r_x * t16 * -2.0
-    t29 = s_2 * J_2_xx
     # solve: L D L^T
-    t38 = 1.0 / S_2t_11
-    t39 = (tau_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t38
+    t37 = 1.0 / S_2t_11
+    t38 = (tau_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t37
+    # link 2 (arm): moment, before its turn
+    t47 = s_2 * J_2_xx
+    # solve: L D L^T
+    t50 = 1.0 / J_2_xx
     # derivative of effort
-    t50 = t29 * (c_2 * t39 - 2.0 * (qd_2 * omega_2r_x)) + t16 * (s_2 * t39 + 2.0 * (qd_2 * omega_2r_y))
-    # solve: L D L^T
-    t55 = 1.0 / J_2_xx
+    t51 = (c_2 * t38 - 2.0 * (qd_2 * omega_2r_x)) * t47 + t16 * (s_2 * t38 + 2.0 * (qd_2 * omega_2r_y))
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t38 * t50
-    out[2 * S + k] = K_2_a * t38
-    out[3 * S + k] = -(y1_2_2_n_y * t38)
+    out[1 * S + k] = t37 * t51
+    out[2 * S + k] = K_2_a * t37
+    out[3 * S + k] = -(y1_2_2_n_y * t37)
     out[4 * S + k] = 0.0
-    out[5 * S + k] = t55 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
-    out[6 * S + k] = -2.0 * (t55 * (omega_2r_y * t29))
+    out[5 * S + k] = t50 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
+    out[6 * S + k] = -2.0 * (t50 * (omega_2r_y * t47))
     out[7 * S + k] = 0.0
 
 
@@ -3475,6 +3576,8 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
@@ -3665,6 +3768,8 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -3797,14 +3902,15 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     G_2_1 = w_1_zz - 2.0 * (omega_2r_x * omega_2r_x)
     # link 2 (arm): effort with joint 2
     y1_2_2_n_y = omega_2r_x * t16 * -2.0
-    t29 = s_2 * J_2_xx
     # solve: L D L^T
-    t38 = 1.0 / S_2t_11
-    t39 = (u_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t38
+    t37 = 1.0 / S_2t_11
+    t38 = (u_1 - (qd_2 * y1_2_2_n_y - qd_1 * K_2_a) * 0.5) * t37
+    # link 2 (arm): moment, before its turn
+    t47 = s_2 * J_2_xx
+    # solve: L D L^T
+    t50 = 1.0 / J_2_xx
     # derivative of effort
-    t50 = t29 * (c_2 * t39 - 2.0 * (qd_2 * omega_2r_x)) + t16 * (s_2 * t39 + 2.0 * (qd_2 * omega_2r_y))
-    # solve: L D L^T
-    t55 = 1.0 / J_2_xx
+    t51 = (c_2 * t38 - 2.0 * (qd_2 * omega_2r_x)) * t47 + t16 * (s_2 * t38 + 2.0 * (qd_2 * omega_2r_y))
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3814,12 +3920,12 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t38 * t50
-    out[10 * S + k] = K_2_a * t38
-    out[11 * S + k] = -(y1_2_2_n_y * t38)
+    out[9 * S + k] = t37 * t51
+    out[10 * S + k] = K_2_a * t37
+    out[11 * S + k] = -(y1_2_2_n_y * t37)
     out[12 * S + k] = 0.0
-    out[13 * S + k] = t55 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
-    out[14 * S + k] = -2.0 * (t55 * (omega_2r_y * t29))
+    out[13 * S + k] = t50 * (0.5 * (t9 * (p_g * s_2)) - J_2_xx * G_2_1)
+    out[14 * S + k] = -2.0 * (t50 * (omega_2r_y * t47))
     out[15 * S + k] = 0.0
 
 
@@ -3848,6 +3954,8 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -3996,6 +4104,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4145,6 +4255,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -4309,6 +4421,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -4494,6 +4608,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 6:
         raise ValueError("out must have 6 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -4635,17 +4751,16 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 2 (arm): products of angular velocity
     w_2_xy = omega_2r_x * (c_2 * qd_1)
     w_2_xz = qd_2 * omega_2r_x
-    # effort less bias force
-    t20 = u_2 - c_2 * 4.905
+    # link 2 (arm): Euler, inertial moment
+    t16 = c_2 * 4.905
     # link 2 (arm): acceleration field U along the axis
     t27 = c_2 * (1.0 / (c_2 * c_2 * -0.3333333333333333))
     # link 2 (arm): acceleration field U
     t31 = (u_1 + c_2 * w_2_xz * 0.6666666666666666) * t27 + w_2_xz * 2.0
+    # derivative: link 2 (arm): Euler, inertial moment
+    t34 = w_2_xy + (u_2 - w_2_xy * 0.3333333333333333 - t16) * 3.0
     # solve: L D L^T
-    t34 = t27 * t31
-    # derivative of effort
-    t37 = c_2 * -4.905
-    t46 = 0.6666666666666666 * (w_2_xy - (w_2_xy * 0.3333333333333333 - t20) * 3.0)
+    t39 = t27 * t31
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4653,11 +4768,11 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[4 * S + k] = 0.0
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
-    out[7 * S + k] = -0.3333333333333333 * t34
-    out[8 * S + k] = t34 * -0.6666666666666666
+    out[7 * S + k] = -0.3333333333333333 * t39
+    out[8 * S + k] = t39 * -0.6666666666666666
     out[9 * S + k] = c_2 * -1.5
-    out[10 * S + k] = (t20 - t37) * -3.0
-    out[11 * S + k] = 3.0 * (t37 - t46)
+    out[10 * S + k] = u_2 * -3.0
+    out[11 * S + k] = (t16 + 0.6666666666666666 * t34) * -3.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4681,6 +4796,8 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4823,7 +4940,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t42 = c_2 * (1.0 / S_2t_11)
     U_2r_x = (u_1 + w_2_xz * (J_2_xx * c_2) * 2.0) * t42
     # derivative of effort
-    t50 = w_2_xy + (u_2 - J_2_xx * w_2_xy - J_2_x1 * a_2r_y) * t36
+    t47 = w_2_xy + (u_2 - J_2_xx * w_2_xy - J_2_x1 * a_2r_y) * t36
     # solve: L D L^T
     t53 = t42 * (w_2_xz * 2.0 - U_2r_x)
     out[0 * S + k] = 0.0
@@ -4836,8 +4953,8 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[7 * S + k] = t41 * t53
     out[8 * S + k] = t40 * t53
     out[9 * S + k] = -(t36 * (J_2_x1 * c_2))
-    out[10 * S + k] = -(t36 * (t17 * a_2r_y + t41 * t50))
-    out[11 * S + k] = t36 * (p_m * a_2r_y * -0.5 - t40 * t50)
+    out[10 * S + k] = -(t36 * (t17 * a_2r_y + t41 * t47))
+    out[11 * S + k] = t36 * (p_m * a_2r_y * -0.5 - t40 * t47)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4865,6 +4982,8 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -5023,6 +5142,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -5166,6 +5287,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -5306,6 +5429,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -5445,6 +5570,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -5600,6 +5727,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -5770,6 +5899,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -6173,6 +6304,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -6322,6 +6455,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 3 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

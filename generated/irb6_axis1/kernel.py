@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -1055,6 +1141,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -1189,6 +1277,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -1323,6 +1413,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -1457,6 +1549,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -3153,6 +3247,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -3373,6 +3469,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -3509,7 +3607,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     # linear spring at axis1.flexspline
     t5 = _step(abs(q_3 - q_4))
     # solve: L D L^T
-    t34 = -5102.040816326531 * (t5 * 0.0016 + 0.06870000000000001)
+    t34 = (t5 * 0.0016 + 0.06870000000000001) * -5102.040816326531
     out[0 * S + k] = -23205882.352941178
     out[1 * S + k] = 23205882.352941178
     out[2 * S + k] = 0.0
@@ -3520,18 +3618,18 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[7 * S + k] = 0.0
     out[8 * S + k] = 19243902.43902439
     out[9 * S + k] = -49121951.219512194
-    out[10 * S + k] = 29878048.780487806
+    out[10 * S + k] = 29878048.780487802
     out[11 * S + k] = 0.0
-    out[12 * S + k] = 29.268292682926827
+    out[12 * S + k] = 29.268292682926823
     out[13 * S + k] = -1688.09756097561
-    out[14 * S + k] = 1658.5365853658539
+    out[14 * S + k] = 1658.5365853658536
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
-    out[17 * S + k] = 6250000.0
+    out[17 * S + k] = 6250000.000000001
     out[18 * S + k] = (t5 * 1.44 + 1225.0) * -5102.040816326531
     out[19 * S + k] = t5 * 7346.938775510204
     out[20 * S + k] = 0.0
-    out[21 * S + k] = 346.9387755102041
+    out[21 * S + k] = 346.93877551020415
     out[22 * S + k] = t34
     out[23 * S + k] = t5 * 8.163265306122451
     out[24 * S + k] = 0.0
@@ -3569,6 +3667,8 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
@@ -3712,55 +3812,55 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     p_c_3 = p[19]
     p_S = p[20]
     # linear spring at axis1.flexspline
-    t20 = q_3 - q_4
-    t24 = _step(abs(t20) - p_S)
-    t27 = t24 * (t20 - p_S * _sign(t20))
-    t30 = p_d_3 * t24
-    t36 = _step(-(t27 * (p_c_3 * t27 + (qd_3 - qd_4) * t30)))
-    t39 = _step(p_S) * t36 - 1.0
+    t21 = q_3 - q_4
+    t25 = _step(abs(t21) - p_S)
+    t28 = t25 * (t21 - p_S * _sign(t21))
+    t31 = p_d_3 * t25
+    t37 = _step(-(t28 * (p_c_3 * t28 + (qd_3 - qd_4) * t31)))
+    t39 = _step(p_S) * t37 - 1.0
     # derivative: linear spring at axis1.flexspline
-    t41 = t39 * (p_c_3 * t24)
+    t41 = t39 * (p_c_3 * t25)
     # derivative: viscous friction at axis1.flexspline
-    t42 = t30 * t39
+    t42 = t31 * t39
     # solve: L D L^T
-    t43 = 1.0 / p_J_1
-    t44 = p_c_1 * t43
-    t46 = 1.0 / p_J_2
-    t51 = 1.0 / p_J_3
-    t56 = 1.0 / p_J_4
-    t57 = t41 * t56
-    out[0 * S + k] = -t44
-    out[1 * S + k] = t44
+    t47 = 1.0 / p_J_1
+    t48 = 1.0 / p_J_2
+    t49 = 1.0 / p_J_3
+    t50 = 1.0 / p_J_4
+    t51 = p_c_1 * t47
+    t60 = t41 * t50
+    out[0 * S + k] = -t51
+    out[1 * S + k] = t51
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = -(t43 * (p_d_1 + p_d_4))
-    out[5 * S + k] = p_d_1 * t43
+    out[4 * S + k] = -((p_d_1 + p_d_4) * t47)
+    out[5 * S + k] = p_d_1 * t47
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
-    out[8 * S + k] = p_c_1 * t46
-    out[9 * S + k] = -(t46 * (p_c_1 + p_c_2))
-    out[10 * S + k] = p_c_2 * t46
+    out[8 * S + k] = p_c_1 * t48
+    out[9 * S + k] = -((p_c_1 + p_c_2) * t48)
+    out[10 * S + k] = p_c_2 * t48
     out[11 * S + k] = 0.0
-    out[12 * S + k] = p_d_1 * t46
-    out[13 * S + k] = -(t46 * (p_d_5 + (p_d_1 + p_d_2)))
-    out[14 * S + k] = p_d_2 * t46
+    out[12 * S + k] = p_d_1 * t48
+    out[13 * S + k] = -((p_d_5 + (p_d_1 + p_d_2)) * t48)
+    out[14 * S + k] = p_d_2 * t48
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
-    out[17 * S + k] = p_c_2 * t51
-    out[18 * S + k] = t51 * (t41 - p_c_2)
-    out[19 * S + k] = -(t41 * t51)
+    out[17 * S + k] = p_c_2 * t49
+    out[18 * S + k] = t49 * (t41 - p_c_2)
+    out[19 * S + k] = -(t41 * t49)
     out[20 * S + k] = 0.0
-    out[21 * S + k] = p_d_2 * t51
-    out[22 * S + k] = t51 * (t42 - p_d_2 - p_d_6)
-    out[23 * S + k] = -(t42 * t51)
+    out[21 * S + k] = p_d_2 * t49
+    out[22 * S + k] = t49 * (t42 - p_d_2 - p_d_6)
+    out[23 * S + k] = -(t42 * t49)
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = -t57
-    out[27 * S + k] = t57
+    out[26 * S + k] = -t60
+    out[27 * S + k] = t60
     out[28 * S + k] = 0.0
     out[29 * S + k] = 0.0
-    out[30 * S + k] = -(t42 * t56)
-    out[31 * S + k] = t56 * (t42 - p_d_7)
+    out[30 * S + k] = -(t42 * t50)
+    out[31 * S + k] = t50 * (t42 - p_d_7)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3792,6 +3892,8 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
@@ -3928,7 +4030,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     # linear spring at axis1.flexspline
     t5 = _step(abs(q_3 - q_4))
     # solve: L D L^T
-    t34 = -5102.040816326531 * (t5 * 0.0016 + 0.06870000000000001)
+    t34 = (t5 * 0.0016 + 0.06870000000000001) * -5102.040816326531
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -3976,19 +4078,19 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[44 * S + k] = 0.0
     out[45 * S + k] = 19243902.43902439
     out[46 * S + k] = -49121951.219512194
-    out[47 * S + k] = 29878048.780487806
+    out[47 * S + k] = 29878048.780487802
     out[48 * S + k] = 0.0
-    out[49 * S + k] = 29.268292682926827
+    out[49 * S + k] = 29.268292682926823
     out[50 * S + k] = -1688.09756097561
-    out[51 * S + k] = 1658.5365853658539
+    out[51 * S + k] = 1658.5365853658536
     out[52 * S + k] = 0.0
     out[53 * S + k] = 2146.341463414634
     out[54 * S + k] = 0.0
-    out[55 * S + k] = 6250000.0
+    out[55 * S + k] = 6250000.000000001
     out[56 * S + k] = (t5 * 1.44 + 1225.0) * -5102.040816326531
     out[57 * S + k] = t5 * 7346.938775510204
     out[58 * S + k] = 0.0
-    out[59 * S + k] = 346.9387755102041
+    out[59 * S + k] = 346.93877551020415
     out[60 * S + k] = t34
     out[61 * S + k] = t5 * 8.163265306122451
     out[62 * S + k] = 0.0
@@ -4033,6 +4135,8 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 81:
         raise ValueError("out must have 81 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4175,15 +4279,15 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     t42 = t40 * (p_c_3 * t26)
     # derivative: viscous friction at axis1.flexspline
     t43 = t32 * t40
-    # solve: L D L^T
-    t44 = 1.0 / p_J_1
-    t45 = p_c_1 * t44
-    t47 = 1.0 / p_J_2
-    t52 = 1.0 / p_J_3
-    t57 = 1.0 / p_J_4
-    t58 = t42 * t57
     # derivative
-    t86 = 1.0 / p_L
+    t51 = 1.0 / p_L
+    # solve: L D L^T
+    t56 = 1.0 / p_J_1
+    t57 = 1.0 / p_J_2
+    t58 = 1.0 / p_J_3
+    t59 = 1.0 / p_J_4
+    t60 = p_c_1 * t56
+    t69 = t42 * t59
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4220,51 +4324,51 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[33 * S + k] = 0.0
     out[34 * S + k] = 1.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = -t45
-    out[37 * S + k] = t45
+    out[36 * S + k] = -t60
+    out[37 * S + k] = t60
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
-    out[40 * S + k] = -(t44 * (p_d_1 + p_d_4))
-    out[41 * S + k] = p_d_1 * t44
+    out[40 * S + k] = -((p_d_1 + p_d_4) * t56)
+    out[41 * S + k] = p_d_1 * t56
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
     out[44 * S + k] = 0.0
-    out[45 * S + k] = p_c_1 * t47
-    out[46 * S + k] = -(t47 * (p_c_1 + p_c_2))
-    out[47 * S + k] = p_c_2 * t47
+    out[45 * S + k] = p_c_1 * t57
+    out[46 * S + k] = -((p_c_1 + p_c_2) * t57)
+    out[47 * S + k] = p_c_2 * t57
     out[48 * S + k] = 0.0
-    out[49 * S + k] = p_d_1 * t47
-    out[50 * S + k] = -(t47 * (p_d_5 + (p_d_1 + p_d_2)))
-    out[51 * S + k] = p_d_2 * t47
+    out[49 * S + k] = p_d_1 * t57
+    out[50 * S + k] = -((p_d_5 + (p_d_1 + p_d_2)) * t57)
+    out[51 * S + k] = p_d_2 * t57
     out[52 * S + k] = 0.0
-    out[53 * S + k] = p_K_T * t47
+    out[53 * S + k] = p_K_T * t57
     out[54 * S + k] = 0.0
-    out[55 * S + k] = p_c_2 * t52
-    out[56 * S + k] = t52 * (t42 - p_c_2)
-    out[57 * S + k] = -(t42 * t52)
+    out[55 * S + k] = p_c_2 * t58
+    out[56 * S + k] = t58 * (t42 - p_c_2)
+    out[57 * S + k] = -(t42 * t58)
     out[58 * S + k] = 0.0
-    out[59 * S + k] = p_d_2 * t52
-    out[60 * S + k] = t52 * (t43 - p_d_2 - p_d_6)
-    out[61 * S + k] = -(t43 * t52)
+    out[59 * S + k] = p_d_2 * t58
+    out[60 * S + k] = t58 * (t43 - p_d_2 - p_d_6)
+    out[61 * S + k] = -(t43 * t58)
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
     out[64 * S + k] = 0.0
-    out[65 * S + k] = -t58
-    out[66 * S + k] = t58
+    out[65 * S + k] = -t69
+    out[66 * S + k] = t69
     out[67 * S + k] = 0.0
     out[68 * S + k] = 0.0
-    out[69 * S + k] = -(t43 * t57)
-    out[70 * S + k] = t57 * (t43 - p_d_7)
+    out[69 * S + k] = -(t43 * t59)
+    out[70 * S + k] = t59 * (t43 - p_d_7)
     out[71 * S + k] = 0.0
     out[72 * S + k] = 0.0
     out[73 * S + k] = 0.0
     out[74 * S + k] = 0.0
     out[75 * S + k] = 0.0
     out[76 * S + k] = 0.0
-    out[77 * S + k] = -(p_K_E * t86)
+    out[77 * S + k] = -(p_K_E * t51)
     out[78 * S + k] = 0.0
     out[79 * S + k] = 0.0
-    out[80 * S + k] = -(p_R * t86)
+    out[80 * S + k] = -(p_R * t51)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4292,6 +4396,8 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 81:
         raise ValueError("out must have 81 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -4440,6 +4546,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4585,6 +4693,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -4831,6 +4941,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 84:
         raise ValueError("out must have 84 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -5097,6 +5209,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 84:
         raise ValueError("out must have 84 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -5261,7 +5375,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # derivative: linear spring at axis1.flexspline
     t54 = t16 * _sign(t14)
     # derivative
-    t102 = (z_1 * 1.6 + qd_2 * 0.088 - u_1) * 132117849.12141632
+    t65 = (z_1 * 1.6 + qd_2 * 0.088 - u_1) * 132117849.12141632
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5431,7 +5545,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[166 * S + k] = t18 * 2688.172043010753
     out[167 * S + k] = t54 * -3870.9677419354844
     out[168 * S + k] = z_1 * -11494.252873563219
-    out[169 * S + k] = t102
+    out[169 * S + k] = t65
     out[170 * S + k] = 0.0
     out[171 * S + k] = qd_2 * -11494.252873563219
     out[172 * S + k] = 0.0
@@ -5474,6 +5588,8 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 189:
         raise ValueError("out must have 189 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -5613,21 +5729,21 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     p_c_3 = p[19]
     p_S = p[20]
     # linear spring at axis1.tachometer_shaft
-    t28 = q_1 - q_2
+    t29 = q_1 - q_2
     # viscous friction at axis1.tachometer_shaft
-    t30 = qd_1 - qd_2
+    t31 = qd_1 - qd_2
     # linear spring at axis1.motor_shaft
-    t32 = q_2 - q_3
+    t33 = q_2 - q_3
     # viscous friction at axis1.motor_shaft
-    t34 = qd_2 - qd_3
+    t35 = qd_2 - qd_3
     # linear spring at axis1.flexspline
-    t36 = q_3 - q_4
-    t39 = _step(abs(t36) - p_S)
-    t40 = _sign(t36)
-    t43 = t39 * (t36 - p_S * t40)
-    t46 = t39 * (qd_3 - qd_4)
-    t48 = p_c_3 * t43 + p_d_3 * t46
-    t55 = _step(p_S) * _step(-(t43 * t48)) - 1.0
+    t37 = q_3 - q_4
+    t40 = _step(abs(t37) - p_S)
+    t41 = _sign(t37)
+    t44 = t40 * (t37 - p_S * t41)
+    t47 = t40 * (qd_3 - qd_4)
+    t49 = p_c_3 * t44 + p_d_3 * t47
+    t55 = _step(p_S) * _step(-(t44 * t49)) - 1.0
     # viscous friction at axis1.tachometer
     viscous_friction_axis1_tachometer_1 = qd_1 * p_d_4
     # viscous friction at axis1.motor
@@ -5640,9 +5756,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t60 = _sign(qd_2)
     coulomb_friction_axis1_motor_2 = p_T_f * t60
     # effort less bias force
-    t62 = p_c_1 * t28 + p_d_1 * t30
-    t64 = p_c_2 * t32 + p_d_2 * t34
-    t65 = t48 * t55
+    t62 = p_c_1 * t29 + p_d_1 * t31
+    t64 = p_c_2 * t33 + p_d_2 * t35
+    t65 = t49 * t55
     t67 = viscous_friction_axis1_harmonic_drive_3 - t64 - t65
     # solve: L D L^T
     t69 = 1.0 / p_J_1
@@ -5650,15 +5766,15 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t71 = 1.0 / p_J_3
     t72 = 1.0 / p_J_4
     # derivative: linear spring at axis1.flexspline
-    t73 = t43 * t55
-    t76 = t55 * (t40 * (p_c_3 * t39))
+    t73 = t44 * t55
+    t76 = t55 * (t41 * (p_c_3 * t40))
     # derivative: viscous friction at axis1.flexspline
-    t77 = t46 * t55
+    t77 = t47 * t55
+    t84 = 1.0 / p_L
     # solve: L D L^T
-    t82 = (viscous_friction_axis1_tachometer_1 + t62) * (t69 * t69)
+    t97 = (viscous_friction_axis1_tachometer_1 + t62) * (t69 * t69)
     # effort less bias force
-    t85 = coulomb_friction_axis1_motor_2 + (viscous_friction_axis1_motor_2 - z_1 * p_K_T)
-    t128 = 1.0 / p_L
+    t100 = coulomb_friction_axis1_motor_2 + (viscous_friction_axis1_motor_2 - z_1 * p_K_T)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5749,18 +5865,18 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[87 * S + k] = 0.0
     out[88 * S + k] = 0.0
     out[89 * S + k] = 0.0
-    out[90 * S + k] = t82
+    out[90 * S + k] = t97
     out[91 * S + k] = 0.0
     out[92 * S + k] = 0.0
     out[93 * S + k] = 0.0
-    out[94 * S + k] = -(t30 * t69)
+    out[94 * S + k] = -(t31 * t69)
     out[95 * S + k] = 0.0
     out[96 * S + k] = 0.0
     out[97 * S + k] = -(qd_1 * t69)
     out[98 * S + k] = 0.0
     out[99 * S + k] = 0.0
     out[100 * S + k] = 0.0
-    out[101 * S + k] = -(t28 * t69)
+    out[101 * S + k] = -(t29 * t69)
     out[102 * S + k] = 0.0
     out[103 * S + k] = 0.0
     out[104 * S + k] = 0.0
@@ -5771,18 +5887,18 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[109 * S + k] = 0.0
     out[110 * S + k] = -(t60 * t70)
     out[111 * S + k] = 0.0
-    out[112 * S + k] = t70 * t70 * (t64 + (t85 - t62))
+    out[112 * S + k] = t70 * t70 * (t64 + (t100 - t62))
     out[113 * S + k] = 0.0
     out[114 * S + k] = 0.0
-    out[115 * S + k] = t30 * t70
-    out[116 * S + k] = -(t34 * t70)
+    out[115 * S + k] = t31 * t70
+    out[116 * S + k] = -(t35 * t70)
     out[117 * S + k] = 0.0
     out[118 * S + k] = 0.0
     out[119 * S + k] = -(qd_2 * t70)
     out[120 * S + k] = 0.0
     out[121 * S + k] = 0.0
-    out[122 * S + k] = t28 * t70
-    out[123 * S + k] = -(t32 * t70)
+    out[122 * S + k] = t29 * t70
+    out[123 * S + k] = -(t33 * t70)
     out[124 * S + k] = 0.0
     out[125 * S + k] = 0.0
     out[126 * S + k] = 0.0
@@ -5796,14 +5912,14 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[134 * S + k] = t67 * (t71 * t71)
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = t34 * t71
+    out[137 * S + k] = t35 * t71
     out[138 * S + k] = t71 * t77
     out[139 * S + k] = 0.0
     out[140 * S + k] = 0.0
     out[141 * S + k] = -(qd_3 * t71)
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
-    out[144 * S + k] = t32 * t71
+    out[144 * S + k] = t33 * t71
     out[145 * S + k] = t71 * t73
     out[146 * S + k] = -(t71 * t76)
     out[147 * S + k] = 0.0
@@ -5827,10 +5943,10 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[165 * S + k] = 0.0
     out[166 * S + k] = -(t72 * t73)
     out[167 * S + k] = t72 * t76
-    out[168 * S + k] = -(z_1 * t128)
-    out[169 * S + k] = t128 * t128 * (z_1 * p_R + (qd_2 * p_K_E - u_1))
+    out[168 * S + k] = -(z_1 * t84)
+    out[169 * S + k] = t84 * t84 * (z_1 * p_R + (qd_2 * p_K_E - u_1))
     out[170 * S + k] = 0.0
-    out[171 * S + k] = -(qd_2 * t128)
+    out[171 * S + k] = -(qd_2 * t84)
     out[172 * S + k] = 0.0
     out[173 * S + k] = 0.0
     out[174 * S + k] = 0.0
@@ -5875,6 +5991,8 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 189:
         raise ValueError("out must have 189 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -6300,6 +6418,8 @@ def output_state_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -6445,6 +6565,8 @@ def output_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 9:
         raise ValueError("out must have 9 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -6585,6 +6707,8 @@ def output_input_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -6720,6 +6844,8 @@ def output_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 1:
         raise ValueError("out must have 1 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -6880,6 +7006,8 @@ def output_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 1 entries")
     if out.size != 21:
         raise ValueError("out must have 21 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -7037,6 +7165,8 @@ def output_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 21:
         raise ValueError("out must have 21 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _output_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -7190,6 +7320,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -7322,6 +7454,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -7464,6 +7598,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -7602,6 +7738,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -7748,6 +7886,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -7906,6 +8046,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -8060,6 +8202,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -8210,6 +8354,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 21 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

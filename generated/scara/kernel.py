@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -1124,6 +1210,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -1286,6 +1374,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -1435,6 +1525,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -1605,6 +1697,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -3383,6 +3477,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -3605,6 +3701,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -3746,51 +3844,55 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): twice the velocity of its frame
-    t9 = qd_1 * s_2
+    t10 = qd_1 * s_2
     # link 2 (arm2): composite body, before its turn
     h_2b_x = c_2 * 0.875 + 0.6000000000000001
     # link 1 (arm1): composite body
-    t16 = c_2 * 0.35000000000000003
+    t17 = c_2 * 0.35000000000000003
     # link 1 (arm1): composite body: flow of its moments
-    t17 = qd_2 * s_2
+    t18 = qd_2 * s_2
     # link 2 (arm2): axis of joint 1
     x0_1_2_vr_x = s_2 * 0.4
     # solve: L D L^T
-    t21 = t16 + 0.74375
-    t23 = t21 * 1.3445378151260503
-    t33 = tau_2 + tau_4 - 0.35000000000000003 * (qd_1 * t9)
+    t22 = t17 + 0.74375
+    t24 = t22 * 1.3445378151260503
+    t34 = tau_2 + tau_4 - 0.35000000000000003 * (qd_1 * t10)
     # derivative of effort
-    t35 = omega_2_z * x0_1_2_vr_x
+    t36 = omega_2_z * x0_1_2_vr_x
     # solve: L D L^T
-    t41 = tau_1 + tau_4 - t23 * t33 + 0.35000000000000003 * (qd_1 * t17)
-    t45 = 1.0 / (t16 + h_2b_x * 0.4 - t21 * t23 + 2.12375)
-    t46 = (t41 + 0.875 * (qd_2 * t35)) * t45
+    t42 = tau_1 + tau_4 - t24 * t34 + 0.35000000000000003 * (qd_1 * t18)
+    t45 = 1.0 / (t17 + h_2b_x * 0.4 - t22 * t24 + 2.12375)
+    t46 = (t42 + 0.875 * (qd_2 * t36)) * t45
     # link 2 (arm2): acceleration
     t51 = c_2 * (qd_1 * qd_1) - s_2 * t46
+    # derivative of effort
+    t60 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t34 - t24 * t46)
+    t61 = 0.35000000000000003 * (t51 - c_2 * (omega_2_z * omega_2_z))
     # solve: L D L^T
-    t58 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t33 - t23 * t46)
-    t64 = 0.875 * t58 - 0.35000000000000003 * t51 - t23 * (t51 * -0.35000000000000003)
-    t65 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
-    t67 = t45 * (t64 + t65)
-    t71 = t23 * t67 + t51 * 0.4705882352941176
-    t78 = t45 * ((t17 + t9 * t23) * 0.7000000000000001)
-    t82 = t23 * t78 + t9 * 0.9411764705882353
-    t87 = t35 * t45 * 1.75
-    t88 = t23 * t87
+    t71 = 0.875 * t60 - t61 - t24 * (t51 * -0.35000000000000003)
+    t72 = t45 * t71
+    t74 = t51 * -0.47058823529411764
+    t75 = t24 * t72
+    t80 = t18 * 0.7000000000000001 - t24 * (t10 * -0.7000000000000001)
+    t81 = t45 * t80
+    t83 = t10 * -0.9411764705882353
+    t84 = t24 * t81
+    t88 = t45 * (t36 * 1.75)
+    t89 = t24 * t88
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t67
+    out[1 * S + k] = t72
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t78
-    out[5 * S + k] = t87
+    out[4 * S + k] = t81
+    out[5 * S + k] = t88
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = -t71
+    out[9 * S + k] = t74 - t75
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = -t82
-    out[13 * S + k] = -t88
+    out[12 * S + k] = t83 - t84
+    out[13 * S + k] = -t89
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
@@ -3802,13 +3904,94 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t67 - t71
+    out[25 * S + k] = t72 - (t75 - t74)
     out[26 * S + k] = 0.0
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t78 - t82
-    out[29 * S + k] = t87 - t88
+    out[28 * S + k] = t81 - (t84 - t83)
+    out[29 * S + k] = t88 - t89
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
+
+
+_forward_dynamics_state_jacobian_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    tau_1 = tau[0 * S + k]
+    tau_2 = tau[1 * S + k]
+    tau_4 = tau[3 * S + k]
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (arm2): twice the velocity of its frame
+    t10 = qd_1 * s_2
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t17 = c_2 * 0.35000000000000003
+    # link 1 (arm1): composite body: flow of its moments
+    t18 = qd_2 * s_2
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.4
+    # solve: L D L^T
+    t23 = t17 + 0.74375
+    t25 = t23 * 1.3445378151260503
+    t35 = tau_2 + tau_4 - 0.35000000000000003 * (qd_1 * t10)
+    # derivative of effort
+    t37 = omega_2_z * x0_1_2_vr_x
+    # solve: L D L^T
+    t43 = tau_1 + tau_4 - t25 * t35 + 0.35000000000000003 * (qd_1 * t18)
+    t46 = 1.0 / (t17 + h_2b_x * 0.4 - t23 * t25 + 2.12375)
+    t47 = (t43 + 0.875 * (qd_2 * t37)) * t46
+    # link 2 (arm2): acceleration
+    t52 = c_2 * (qd_1 * qd_1) - s_2 * t47
+    # derivative of effort
+    t61 = x0_1_2_vr_x * (t47 + 1.3445378151260503 * t35 - t25 * t47)
+    t62 = 0.35000000000000003 * (t52 - c_2 * (omega_2_z * omega_2_z))
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.875 * t61 - t62
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = t18 * 0.7000000000000001
+    out[5 * S + k] = t37 * 1.75
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = t52 * -0.35000000000000003
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = t10 * -0.7000000000000001
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    factor_1_0 = t25
+    factor_3_0 = -1.0
+    factor_3_1 = -1.0
+    reciprocal_0 = t46
+    reciprocal_1 = 1.3445378151260503
+    reciprocal_2 = 0.6666666666666666
+    reciprocal_3 = 10.0
+    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3821,7 +4004,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -3836,7 +4019,9 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3844,7 +4029,7 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 44 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3976,6 +4161,115 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
+    s_2, c_2 = turns((q_2,))
+    # link 3 (quill): base parameters
+    J_3_11 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
+    # link 1 (arm1): base parameters
+    t23 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_y = p_arm1_dh_a * c_2
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = p_arm1_dh_a * s_2
+    # solve: L D L^T
+    t33 = qd_2 * x0_1_2_vr_x
+    # link 1 (arm1): composite body: flow of its moments
+    t34 = h_2_x * t33
+    # link 2 (arm2): Coriolis terms
+    t37 = omega_2_z * h_2_x * 2.0
+    t38 = h_2_x * x0_1_2_vr_x
+    t39 = qd_1 * t38
+    t42 = x0_1_2_vr_y * h_2_x
+    # solve: L D L^T
+    t45 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t46 = p_arm2_dh_a * h_2_x + t45
+    t47 = t42 + t46
+    t48 = 1.0 / t46
+    t49 = t47 * t48
+    t57 = t23 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t61 = p_arm1_com_x * t23 + (p_arm1_inertia_zz + t46 - t47 * t49)
+    t65 = tau_2 + tau_4 - qd_1 * t39
+    t74 = qd_1 * t34 + (tau_1 + tau_4 - t49 * t65) + t33 * t37 * 0.5
+    t75 = 1.0 / (p_arm1_dh_a * t57 + t61)
+    t76 = t74 * t75
+    # link 2 (arm2): change with its position
+    t83 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t76)
+    t84 = -t83
+    # derivative of effort
+    t89 = t42 * (omega_2_z * omega_2_z) + (t38 * (t76 + t48 * t65 - t49 * t76) - t83)
+    t92 = t39 * -2.0
+    # solve: L D L^T
+    t95 = t75 * (t89 - t49 * t84)
+    t96 = t48 * t84
+    t97 = t49 * t95
+    t103 = t75 * (t34 * 2.0 - t49 * t92)
+    t104 = t48 * t92
+    t105 = t49 * t103
+    t109 = x0_1_2_vr_x * t37 * t75
+    t110 = t49 * t109
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = t95
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = t103
+    out[5 * S + k] = t109
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = t96 - t97
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = t104 - t105
+    out[13 * S + k] = -t110
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = t95 - (t97 - t96)
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = t103 - (t105 - t104)
+    out[29 * S + k] = t109 - t110
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+
+
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
+    q_2 = q[1 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    tau_1 = tau[0 * S + k]
+    tau_2 = tau[1 * S + k]
+    tau_4 = tau[3 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_arm1_mass = p[5]
+    p_arm1_com_x = p[6]
+    p_arm1_inertia_zz = p[10]
+    p_arm2_mass = p[11]
+    p_arm2_com_x = p[12]
+    p_arm2_inertia_zz = p[16]
+    p_quill_mass = p[17]
+    p_quill_inertia_zz = p[21]
+    p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
     s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
@@ -4001,45 +4295,38 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     # link 2 (arm2): Coriolis terms
     t38 = omega_2_z * h_2_x * 2.0
     t39 = h_2_x * x0_1_2_vr_x
-    C_2_c_z = 2.0 * (qd_1 * t39)
+    t40 = qd_1 * t39
     t43 = x0_1_2_vr_y * h_2_x
-    t45 = p_flange_inertia_zz + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t47 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t45)
     # solve: L D L^T
-    t48 = p_flange_inertia_zz - t47
-    t49 = t43 - t48
-    t51 = 1.0 / t48
-    t52 = t49 * t51
-    t60 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
-    t64 = p_arm1_com_x * t24 + (t49 * t52 + (p_arm1_inertia_zz - t48))
-    t70 = tau_2 + tau_4 - qd_1 * C_2_c_z * 0.5
-    t79 = t52 * t70 + (tau_1 + tau_4) + 0.5 * (t34 * t38 + 2.0 * (qd_1 * t35))
-    t80 = 1.0 / (p_arm1_dh_a * t60 + t64)
-    t81 = t79 * t80
+    t47 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t48 = p_arm2_dh_a * h_2_x + t47
+    t49 = t43 + t48
+    t50 = 1.0 / t48
+    t51 = t49 * t50
+    t59 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t63 = p_arm1_com_x * t24 + (p_arm1_inertia_zz + t48 - t49 * t51)
+    t67 = tau_2 + tau_4 - qd_1 * t40
+    t76 = qd_1 * t35 + (tau_1 + tau_4 - t51 * t67) + t34 * t38 * 0.5
+    t77 = 1.0 / (p_arm1_dh_a * t59 + t63)
+    t78 = t76 * t77
     # link 2 (arm2): change with its position
-    t88 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t81)
-    # solve: L D L^T
-    t94 = t88 - t39 * (t52 * t81 + (t81 - t51 * t70)) - t43 * (omega_2_z * omega_2_z)
-    t96 = t80 * (t52 * t88 + t94)
-    t100 = t51 * t88 - t52 * t96
-    t105 = t80 * (t35 * 2.0 - C_2_c_z * t52)
-    t108 = C_2_c_z * t51 + t52 * t105
-    t111 = t80 * (x0_1_2_vr_x * t38)
-    t112 = t52 * t111
+    t85 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t78)
+    # derivative of effort
+    t91 = t43 * (omega_2_z * omega_2_z) + (t39 * (t78 + t50 * t67 - t51 * t78) - t85)
     out[0 * S + k] = 0.0
-    out[1 * S + k] = -t96
+    out[1 * S + k] = t91
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t105
-    out[5 * S + k] = t111
+    out[4 * S + k] = t35 * 2.0
+    out[5 * S + k] = x0_1_2_vr_x * t38
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t100
+    out[9 * S + k] = -t85
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t108
-    out[13 * S + k] = t112
+    out[12 * S + k] = t40 * -2.0
+    out[13 * S + k] = 0.0
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
@@ -4051,13 +4338,21 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t100 - t96
+    out[25 * S + k] = 0.0
     out[26 * S + k] = 0.0
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t105 + t108
-    out[29 * S + k] = t111 + t112
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
+    factor_1_0 = t51
+    factor_3_0 = -1.0
+    factor_3_1 = -1.0
+    reciprocal_0 = t77
+    reciprocal_1 = t50
+    reciprocal_2 = 1.0 / J_3_11
+    reciprocal_3 = 1.0 / p_flange_inertia_zz
+    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4072,7 +4367,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -4089,7 +4384,9 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4097,7 +4394,7 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 71 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4230,37 +4527,41 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): twice the velocity of its frame
-    t9 = qd_1 * s_2
+    t10 = qd_1 * s_2
     # link 2 (arm2): composite body, before its turn
     h_2b_x = c_2 * 0.875 + 0.6000000000000001
     # link 1 (arm1): composite body
-    t16 = c_2 * 0.35000000000000003
+    t17 = c_2 * 0.35000000000000003
     # link 1 (arm1): composite body: flow of its moments
-    t17 = qd_2 * s_2
+    t18 = qd_2 * s_2
     # link 2 (arm2): axis of joint 1
     x0_1_2_vr_x = s_2 * 0.4
     # solve: L D L^T
-    t21 = t16 + 0.74375
-    t23 = t21 * 1.3445378151260503
-    t33 = u_2 + u_4 - 0.35000000000000003 * (qd_1 * t9)
+    t22 = t17 + 0.74375
+    t24 = t22 * 1.3445378151260503
+    t34 = u_2 + u_4 - 0.35000000000000003 * (qd_1 * t10)
     # derivative of effort
-    t35 = omega_2_z * x0_1_2_vr_x
+    t36 = omega_2_z * x0_1_2_vr_x
     # solve: L D L^T
-    t41 = u_1 + u_4 - t23 * t33 + 0.35000000000000003 * (qd_1 * t17)
-    t45 = 1.0 / (t16 + h_2b_x * 0.4 - t21 * t23 + 2.12375)
-    t46 = (t41 + 0.875 * (qd_2 * t35)) * t45
+    t42 = u_1 + u_4 - t24 * t34 + 0.35000000000000003 * (qd_1 * t18)
+    t45 = 1.0 / (t17 + h_2b_x * 0.4 - t22 * t24 + 2.12375)
+    t46 = (t42 + 0.875 * (qd_2 * t36)) * t45
     # link 2 (arm2): acceleration
     t51 = c_2 * (qd_1 * qd_1) - s_2 * t46
+    # derivative of effort
+    t60 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t34 - t24 * t46)
+    t61 = 0.35000000000000003 * (t51 - c_2 * (omega_2_z * omega_2_z))
     # solve: L D L^T
-    t58 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t33 - t23 * t46)
-    t64 = 0.875 * t58 - 0.35000000000000003 * t51 - t23 * (t51 * -0.35000000000000003)
-    t65 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
-    t67 = t45 * (t64 + t65)
-    t71 = t23 * t67 + t51 * 0.4705882352941176
-    t78 = t45 * ((t17 + t9 * t23) * 0.7000000000000001)
-    t82 = t23 * t78 + t9 * 0.9411764705882353
-    t87 = t35 * t45 * 1.75
-    t88 = t23 * t87
+    t71 = 0.875 * t60 - t61 - t24 * (t51 * -0.35000000000000003)
+    t72 = t45 * t71
+    t74 = t51 * -0.47058823529411764
+    t75 = t24 * t72
+    t80 = t18 * 0.7000000000000001 - t24 * (t10 * -0.7000000000000001)
+    t81 = t45 * t80
+    t83 = t10 * -0.9411764705882353
+    t84 = t24 * t81
+    t88 = t45 * (t36 * 1.75)
+    t89 = t24 * t88
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4294,19 +4595,19 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[30 * S + k] = 0.0
     out[31 * S + k] = 1.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t67
+    out[33 * S + k] = t72
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t78
-    out[37 * S + k] = t87
+    out[36 * S + k] = t81
+    out[37 * S + k] = t88
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = -t71
+    out[41 * S + k] = t74 - t75
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
-    out[44 * S + k] = -t82
-    out[45 * S + k] = -t88
+    out[44 * S + k] = t83 - t84
+    out[45 * S + k] = -t89
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -4318,13 +4619,126 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[54 * S + k] = 0.0
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
-    out[57 * S + k] = t67 - t71
+    out[57 * S + k] = t72 - (t75 - t74)
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
-    out[60 * S + k] = t78 - t82
-    out[61 * S + k] = t87 - t88
+    out[60 * S + k] = t81 - (t84 - t83)
+    out[61 * S + k] = t88 - t89
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
+
+
+_state_derivative_state_jacobian_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    qd_1 = x[4 * S + k]
+    qd_2 = x[5 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_4 = u[3 * S + k]
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (arm2): twice the velocity of its frame
+    t10 = qd_1 * s_2
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t17 = c_2 * 0.35000000000000003
+    # link 1 (arm1): composite body: flow of its moments
+    t18 = qd_2 * s_2
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = s_2 * 0.4
+    # solve: L D L^T
+    t23 = t17 + 0.74375
+    t25 = t23 * 1.3445378151260503
+    t35 = u_2 + u_4 - 0.35000000000000003 * (qd_1 * t10)
+    # derivative of effort
+    t37 = omega_2_z * x0_1_2_vr_x
+    # solve: L D L^T
+    t43 = u_1 + u_4 - t25 * t35 + 0.35000000000000003 * (qd_1 * t18)
+    t46 = 1.0 / (t17 + h_2b_x * 0.4 - t23 * t25 + 2.12375)
+    t47 = (t43 + 0.875 * (qd_2 * t37)) * t46
+    # link 2 (arm2): acceleration
+    t52 = c_2 * (qd_1 * qd_1) - s_2 * t47
+    # derivative of effort
+    t61 = x0_1_2_vr_x * (t47 + 1.3445378151260503 * t35 - t25 * t47)
+    t62 = 0.35000000000000003 * (t52 - c_2 * (omega_2_z * omega_2_z))
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 1.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 1.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 1.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 1.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.875 * t61 - t62
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = t18 * 0.7000000000000001
+    out[37 * S + k] = t37 * 1.75
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = t52 * -0.35000000000000003
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = t10 * -0.7000000000000001
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    factor_1_0 = t25
+    factor_3_0 = -1.0
+    factor_3_1 = -1.0
+    reciprocal_0 = t46
+    reciprocal_1 = 1.3445378151260503
+    reciprocal_2 = 0.6666666666666666
+    reciprocal_3 = 10.0
+    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4335,7 +4749,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(64)
-    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(x, u, out, 0, 1, _together)
     return out.reshape((8, 8))
 
 
@@ -4348,7 +4762,9 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4356,7 +4772,7 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 76:
         raise ValueError("state_derivative_state_jacobian_packed takes 76 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4472,14 +4888,13 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
-    p_flange_inertia_zz = p[26]
     s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
     J_3_11 = p_quill_mass + p_flange_mass
     # link 2 (arm2): base parameters
     J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
     # link 1 (arm1): base parameters
-    t24 = p_arm1_mass * (p_arm1_com_x + p_arm1_dh_a)
+    t23 = p_arm1_mass * (p_arm1_com_x + p_arm1_dh_a)
     # link 2 (arm2): axis of joint 1
     x0_1_2_vr_y = p_arm1_dh_a * c_2
     # link 2 (arm2): angular velocity
@@ -4491,37 +4906,41 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     # link 2 (arm2): axis of joint 1
     x0_1_2_vr_x = p_arm1_dh_a * s_2
     # solve: L D L^T
-    t34 = qd_2 * x0_1_2_vr_x
+    t33 = qd_2 * x0_1_2_vr_x
     # link 1 (arm1): composite body: flow of its moments
-    t35 = h_2_x * t34
+    t34 = h_2_x * t33
     # link 2 (arm2): Coriolis terms
-    t38 = omega_2_z * h_2_x * 2.0
-    t39 = h_2_x * x0_1_2_vr_x
-    C_2_c_z = 2.0 * (qd_1 * t39)
-    t43 = x0_1_2_vr_y * h_2_x
-    t45 = p_flange_inertia_zz + (p_quill_inertia_zz + p_arm2_inertia_zz)
-    t47 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t45)
+    t37 = omega_2_z * h_2_x * 2.0
+    t38 = h_2_x * x0_1_2_vr_x
+    t39 = qd_1 * t38
+    t42 = x0_1_2_vr_y * h_2_x
     # solve: L D L^T
-    t48 = p_flange_inertia_zz - t47
-    t49 = t43 - t48
-    t51 = 1.0 / t48
-    t52 = t49 * t51
-    t60 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
-    t64 = p_arm1_com_x * t24 + (t49 * t52 + (p_arm1_inertia_zz - t48))
-    t70 = u_2 + u_4 - qd_1 * C_2_c_z * 0.5
-    t79 = t52 * t70 + (u_1 + u_4) + 0.5 * (t34 * t38 + 2.0 * (qd_1 * t35))
-    t80 = 1.0 / (p_arm1_dh_a * t60 + t64)
-    t81 = t79 * t80
+    t45 = p_arm2_com_x * J_2_x1 + (p_quill_inertia_zz + p_arm2_inertia_zz)
+    t46 = p_arm2_dh_a * h_2_x + t45
+    t47 = t42 + t46
+    t48 = 1.0 / t46
+    t49 = t47 * t48
+    t57 = t23 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t61 = p_arm1_com_x * t23 + (p_arm1_inertia_zz + t46 - t47 * t49)
+    t65 = u_2 + u_4 - qd_1 * t39
+    t74 = qd_1 * t34 + (u_1 + u_4 - t49 * t65) + t33 * t37 * 0.5
+    t75 = 1.0 / (p_arm1_dh_a * t57 + t61)
+    t76 = t74 * t75
     # link 2 (arm2): change with its position
-    t88 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t81)
+    t83 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t76)
+    t84 = -t83
+    # derivative of effort
+    t89 = t42 * (omega_2_z * omega_2_z) + (t38 * (t76 + t48 * t65 - t49 * t76) - t83)
+    t92 = t39 * -2.0
     # solve: L D L^T
-    t94 = t88 - t39 * (t52 * t81 + (t81 - t51 * t70)) - t43 * (omega_2_z * omega_2_z)
-    t96 = t80 * (t52 * t88 + t94)
-    t100 = t51 * t88 - t52 * t96
-    t105 = t80 * (t35 * 2.0 - C_2_c_z * t52)
-    t108 = C_2_c_z * t51 + t52 * t105
-    t111 = t80 * (x0_1_2_vr_x * t38)
-    t112 = t52 * t111
+    t95 = t75 * (t89 - t49 * t84)
+    t96 = t48 * t84
+    t97 = t49 * t95
+    t103 = t75 * (t34 * 2.0 - t49 * t92)
+    t104 = t48 * t92
+    t105 = t49 * t103
+    t109 = x0_1_2_vr_x * t37 * t75
+    t110 = t49 * t109
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4555,19 +4974,19 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[30 * S + k] = 0.0
     out[31 * S + k] = 1.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = -t96
+    out[33 * S + k] = t95
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t105
-    out[37 * S + k] = t111
+    out[36 * S + k] = t103
+    out[37 * S + k] = t109
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = t100
+    out[41 * S + k] = t96 - t97
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
-    out[44 * S + k] = t108
-    out[45 * S + k] = t112
+    out[44 * S + k] = t104 - t105
+    out[45 * S + k] = -t110
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -4579,13 +4998,152 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[54 * S + k] = 0.0
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
-    out[57 * S + k] = t100 - t96
+    out[57 * S + k] = t95 - (t97 - t96)
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
-    out[60 * S + k] = t105 + t108
-    out[61 * S + k] = t111 + t112
+    out[60 * S + k] = t103 - (t105 - t104)
+    out[61 * S + k] = t109 - t110
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
+
+
+_state_derivative_state_jacobian_p_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    qd_1 = x[4 * S + k]
+    qd_2 = x[5 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_4 = u[3 * S + k]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_arm1_mass = p[5]
+    p_arm1_com_x = p[6]
+    p_arm1_inertia_zz = p[10]
+    p_arm2_mass = p[11]
+    p_arm2_com_x = p[12]
+    p_arm2_inertia_zz = p[16]
+    p_quill_mass = p[17]
+    p_quill_inertia_zz = p[21]
+    p_flange_mass = p[22]
+    p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
+    # link 3 (quill): base parameters
+    J_3_11 = p_quill_mass + p_flange_mass
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
+    # link 1 (arm1): base parameters
+    t24 = p_arm1_mass * (p_arm1_com_x + p_arm1_dh_a)
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_y = p_arm1_dh_a * c_2
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): axis of joint 1
+    x0_1_2_vr_x = p_arm1_dh_a * s_2
+    # solve: L D L^T
+    t34 = qd_2 * x0_1_2_vr_x
+    # link 1 (arm1): composite body: flow of its moments
+    t35 = h_2_x * t34
+    # link 2 (arm2): Coriolis terms
+    t38 = omega_2_z * h_2_x * 2.0
+    t39 = h_2_x * x0_1_2_vr_x
+    t40 = qd_1 * t39
+    t43 = x0_1_2_vr_y * h_2_x
+    # solve: L D L^T
+    t47 = p_arm2_com_x * J_2_x1 + (p_quill_inertia_zz + p_arm2_inertia_zz)
+    t48 = p_arm2_dh_a * h_2_x + t47
+    t49 = t43 + t48
+    t50 = 1.0 / t48
+    t51 = t49 * t50
+    t59 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t63 = p_arm1_com_x * t24 + (p_arm1_inertia_zz + t48 - t49 * t51)
+    t67 = u_2 + u_4 - qd_1 * t40
+    t76 = qd_1 * t35 + (u_1 + u_4 - t51 * t67) + t34 * t38 * 0.5
+    t77 = 1.0 / (p_arm1_dh_a * t59 + t63)
+    t78 = t76 * t77
+    # link 2 (arm2): change with its position
+    t85 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t78)
+    # derivative of effort
+    t91 = t43 * (omega_2_z * omega_2_z) + (t39 * (t78 + t50 * t67 - t51 * t78) - t85)
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 1.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 1.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 1.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 1.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = t91
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = t35 * 2.0
+    out[37 * S + k] = x0_1_2_vr_x * t38
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = -t85
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = t40 * -2.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    factor_1_0 = t51
+    factor_3_0 = -1.0
+    factor_3_1 = -1.0
+    reciprocal_0 = t77
+    reciprocal_1 = t50
+    reciprocal_2 = 1.0 / J_3_11
+    reciprocal_3 = 1.0 / p_flange_inertia_zz
+    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4598,7 +5156,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(64)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 8))
 
 
@@ -4613,7 +5171,9 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 64:
         raise ValueError("out must have 64 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4621,7 +5181,7 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 103:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 103 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4738,9 +5298,9 @@ def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     t11 = t9 + 0.74375
     t13 = t11 * 1.3445378151260503
     t21 = 1.0 / (t9 + h_2b_x * 0.4 - t11 * t13 + 2.12375)
-    t22 = t13 * t21
-    t23 = -t22
-    t25 = t13 * t22
+    t23 = t13 * t21
+    t24 = -t23
+    t26 = t13 * t23
     t31 = t21 * (t13 - 1.0)
     t33 = t13 * t31
     out[0 * S + k] = 0.0
@@ -4760,19 +5320,19 @@ def _state_derivative_input_jacobian(x, u, out, k, S, turns):
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = t21
-    out[17 * S + k] = t23
+    out[17 * S + k] = t24
     out[18 * S + k] = 0.0
     out[19 * S + k] = -t31
-    out[20 * S + k] = t23
-    out[21 * S + k] = 1.3445378151260503 + t25
+    out[20 * S + k] = t24
+    out[21 * S + k] = 1.3445378151260503 + t26
     out[22 * S + k] = 0.0
     out[23 * S + k] = 1.3445378151260503 + t33
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
     out[26 * S + k] = 0.6666666666666666
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t21 - t22
-    out[29 * S + k] = 1.3445378151260503 + (t25 - t22)
+    out[28 * S + k] = t21 - t23
+    out[29 * S + k] = 1.3445378151260503 + (t26 - t23)
     out[30 * S + k] = 0.0
     out[31 * S + k] = 11.344537815126051 + (t33 - t31)
 
@@ -4798,6 +5358,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4940,11 +5502,11 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     t40 = p_arm1_dh_a * (p_arm2_mass + J_3_11) + (t18 + h_2t_x * 2.0)
     t44 = p_arm1_com_x * t18 + (p_arm1_inertia_zz + t29 - t30 * t32)
     t46 = 1.0 / (p_arm1_dh_a * t40 + t44)
-    t47 = t32 * t46
-    t48 = -t47
-    t51 = t31 + t32 * t47
-    t55 = t46 * (t32 - 1.0)
-    t59 = t31 + t32 * t55
+    t49 = t32 * t46
+    t50 = -t49
+    t53 = t31 + t32 * t49
+    t56 = t46 * (t32 - 1.0)
+    t59 = t31 + t32 * t56
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -4962,21 +5524,21 @@ def _state_derivative_input_jacobian_p(x, u, p, out, k, S, turns):
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = t46
-    out[17 * S + k] = t48
+    out[17 * S + k] = t50
     out[18 * S + k] = 0.0
-    out[19 * S + k] = -t55
-    out[20 * S + k] = t48
-    out[21 * S + k] = t51
+    out[19 * S + k] = -t56
+    out[20 * S + k] = t50
+    out[21 * S + k] = t53
     out[22 * S + k] = 0.0
     out[23 * S + k] = t59
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
     out[26 * S + k] = 1.0 / J_3_11
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t46 - t47
-    out[29 * S + k] = t51 - t47
+    out[28 * S + k] = t46 - t49
+    out[29 * S + k] = t53 - t49
     out[30 * S + k] = 0.0
-    out[31 * S + k] = t59 + (1.0 / p_flange_inertia_zz - t55)
+    out[31 * S + k] = t59 + (1.0 / p_flange_inertia_zz - t56)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5004,6 +5566,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 32:
         raise ValueError("out must have 32 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -5305,6 +5869,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 4 entries")
     if out.size != 108:
         raise ValueError("out must have 108 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -5649,6 +6215,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 108:
         raise ValueError("out must have 108 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -5791,14 +6359,14 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 2 (arm2): composite body, before its turn
     h_2b_x = c_2 * 0.875 + 0.6000000000000001
     # link 1 (arm1): composite body
-    t14 = c_2 * 0.35000000000000003
+    t15 = c_2 * 0.35000000000000003
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
     a_2b_x = w_1_zz * -0.4
     # link 2 (arm2): acceleration
     a_2r_x = c_2 * a_2b_x
-    t21 = s_2 * a_2b_x
+    t22 = s_2 * a_2b_x
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
@@ -5806,66 +6374,71 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 3 (quill): acceleration of its joint
     a_3b_x = a_2r_x - w_2_zz * 0.25
     # link 2 (arm2): force from link 1
-    t28 = w_2_zz * 0.5
+    t29 = w_2_zz * 0.5
     # solve: L D L^T
-    t39 = t14 + 0.74375
+    t39 = t15 + 0.74375
     t41 = t39 * 1.3445378151260503
-    t50 = u_4 + 0.875 * t21
+    t50 = u_4 + 0.875 * t22
     t51 = u_2 + t50
-    t53 = (s_2 * (a_3b_x * 1.5 - t28) - 1.5 * (c_2 * t21)) * 0.4
-    t57 = 1.0 / (t14 + h_2b_x * 0.4 - t39 * t41 + 2.12375)
+    t53 = (s_2 * (1.5 * a_3b_x - t29) - 1.5 * (c_2 * t22)) * 0.4
+    t57 = 1.0 / (t15 + h_2b_x * 0.4 - t39 * t41 + 2.12375)
     t58 = (t50 + (u_1 - t53) - t41 * t51) * t57
     # link 2 (arm2): acceleration of its joint
     a_2b_y = 0.4 * t58
     # link 2 (arm2): acceleration
-    t68 = t21 - c_2 * a_2b_y
+    t70 = t22 - c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t69 = s_2 * w_1_zz + c_2 * t58
+    t71 = s_2 * w_1_zz + c_2 * t58
     # link 2 (arm2): angular acceleration
-    alpha_2_z = t58 + 1.3445378151260503 * t51 - t41 * t58
+    t74 = t41 * t58 - (t58 + 1.3445378151260503 * t51)
     # derivative: link 2 (arm2): Euler, inertial moment
-    t77 = t68 * 0.1 - alpha_2_z * 0.010000000000000002
-    t80 = t68 * 5.0 - alpha_2_z
+    t79 = t70 * 0.1 + t74 * 0.010000000000000002
+    t82 = t74 + t70 * 5.0
     # link 3 (quill): acceleration of its joint
-    t81 = a_3b_x + s_2 * a_2b_y
-    t83 = t68 - 0.25 * alpha_2_z
+    t83 = a_3b_x + s_2 * a_2b_y
+    t85 = t70 + 0.25 * t74
     # derivative: link 3 (quill): moment, in frame 2
-    t84 = 0.25 * t83
+    t86 = 0.25 * t85
     # link 2 (arm2): force from link 1
-    t87 = 1.5 * t83
-    # derivative: link 2 (arm2): moment from link 1
-    t93 = alpha_2_z * 0.375 - t80 - t87
+    t89 = 1.5 * t85
     # derivative: link 2 (arm2): force, before its turn
-    t100 = s_2 * w_2_zz - c_2 * alpha_2_z
+    t98 = s_2 * w_2_zz + c_2 * t74
     # derivative of effort
-    t106 = t69 * -0.875
+    t104 = t71 * -0.875
+    t107 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t58) - c_2 * t71)
+    t109 = c_2 * (t89 + 0.5 * t74) + (s_2 * (t29 - 1.5 * t83) - t58 * 6.8)
+    t115 = t89 + (t82 + t74 * 0.375)
+    t128 = t98 * 0.04000000000000001 + (t79 - t58 * 0.16000000000000003)
     # solve: L D L^T
-    t111 = c_2 * (0.5 * alpha_2_z - t87) + (t58 * 6.8 - s_2 * (t28 - 1.5 * t81))
-    t112 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t58) - c_2 * t69)
-    t116 = t57 * (t41 * t106 + (t111 - t112 - t106))
-    t118 = t41 * t116
-    t120 = t69 * 1.176470588235294
-    t130 = t57 * (t93 - t100 * 2.6 - t41 * t93)
-    t134 = t41 * t130 - 1.3445378151260503 * t93
-    t136 = t57 * t58
-    t138 = t136 * -0.04000000000000001
-    t139 = t41 * t138
-    t143 = t136 * -2.8000000000000003
-    t144 = t41 * t143
-    t148 = t41 * t136
-    t156 = t58 * 0.16000000000000003 - t77 - t100 * 0.04000000000000001
-    t158 = t57 * (t41 * t77 + t156)
-    t162 = t41 * t158 + 1.3445378151260503 * t77
-    t169 = t57 * (t80 + t100 * 2.0 - t41 * t80)
-    t172 = 1.3445378151260503 * t80 - t41 * t169
-    t176 = t57 * (alpha_2_z - t41 * alpha_2_z)
-    t177 = -t176
-    t180 = t41 * t176 - 1.3445378151260503 * alpha_2_z
-    t181 = t180 - t176
-    t186 = t57 * (t84 - 0.4 * (s_2 * t81 - c_2 * t83) - t41 * t84)
-    t192 = ((u_3 + 14.715) * 0.6666666666666666 - 9.81) * -0.6666666666666666
-    t196 = t83 * 0.3361344537815126 - t41 * t186
-    t197 = t186 + t196
+    t139 = t57 * (t104 + (t107 + t109) - t41 * t104)
+    t141 = t71 * -1.176470588235294
+    t142 = t41 * t139
+    t148 = t57 * (t115 + t98 * 2.6 - t41 * t115)
+    t149 = 1.3445378151260503 * t115
+    t150 = t41 * t148
+    t154 = t57 * (t58 * -0.04000000000000001)
+    t155 = t41 * t154
+    t158 = t57 * (t58 * -2.8000000000000003)
+    t159 = t41 * t158
+    t162 = t57 * -t58
+    t163 = t41 * t162
+    t168 = t57 * (t128 - t41 * t79)
+    t169 = 1.3445378151260503 * t79
+    t170 = t41 * t168
+    t176 = t57 * (t82 + t98 * 2.0 - t41 * t82)
+    t177 = 1.3445378151260503 * t82
+    t178 = t41 * t176
+    t184 = t57 * (t74 - t41 * t74)
+    t185 = 1.3445378151260503 * t74
+    t186 = t41 * t184
+    t187 = t185 - t186
+    t189 = t184 - (t186 - t185)
+    t192 = t57 * (t86 - 0.4 * (s_2 * t83 - c_2 * t85) - t41 * t86)
+    t194 = t85 * 0.3361344537815126
+    t195 = 0.6666666666666666 * (9.81 - (u_3 + 14.715) * 0.6666666666666666)
+    t196 = t41 * t192
+    t197 = t194 - t196
+    t199 = t192 - (t196 - t194)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5976,54 +6549,54 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = -t116
-    out[111 * S + k] = -t130
+    out[110 * S + k] = t139
+    out[111 * S + k] = t148
     out[112 * S + k] = 0.0
-    out[113 * S + k] = t138
-    out[114 * S + k] = t143
+    out[113 * S + k] = t154
+    out[114 * S + k] = t158
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -t136
-    out[119 * S + k] = -t158
-    out[120 * S + k] = t169
+    out[118 * S + k] = t162
+    out[119 * S + k] = t168
+    out[120 * S + k] = t176
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t177
-    out[125 * S + k] = t186
+    out[124 * S + k] = t184
+    out[125 * S + k] = t192
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t177
-    out[130 * S + k] = t186
+    out[129 * S + k] = t184
+    out[130 * S + k] = t192
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
     out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = t118 - t120
-    out[138 * S + k] = t134
+    out[137 * S + k] = t141 - t142
+    out[138 * S + k] = t149 - t150
     out[139 * S + k] = 0.0
-    out[140 * S + k] = -t139
-    out[141 * S + k] = -t144
+    out[140 * S + k] = -t155
+    out[141 * S + k] = -t159
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = t148
-    out[146 * S + k] = t162
-    out[147 * S + k] = t172
+    out[145 * S + k] = -t163
+    out[146 * S + k] = t169 - t170
+    out[147 * S + k] = t177 - t178
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t180
-    out[152 * S + k] = t196
+    out[151 * S + k] = t187
+    out[152 * S + k] = t197
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t180
-    out[157 * S + k] = t196
+    out[156 * S + k] = t187
+    out[157 * S + k] = t197
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
@@ -6045,43 +6618,338 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t192
+    out[179 * S + k] = t195
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t192
+    out[184 * S + k] = t195
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = -(t116 + (t120 - t118))
-    out[192 * S + k] = t134 - t130
+    out[191 * S + k] = t139 - (t142 - t141)
+    out[192 * S + k] = t148 - (t150 - t149)
     out[193 * S + k] = 0.0
-    out[194 * S + k] = t138 - t139
-    out[195 * S + k] = t143 - t144
+    out[194 * S + k] = t154 - t155
+    out[195 * S + k] = t158 - t159
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = t148 - t136
-    out[200 * S + k] = t162 - t158
-    out[201 * S + k] = t169 + t172
+    out[199 * S + k] = t162 - t163
+    out[200 * S + k] = t168 - (t170 - t169)
+    out[201 * S + k] = t176 - (t178 - t177)
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = t181
-    out[206 * S + k] = t197
+    out[205 * S + k] = t189
+    out[206 * S + k] = t199
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = t181
-    out[211 * S + k] = t197
+    out[210 * S + k] = t189
+    out[211 * S + k] = t199
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
     out[215 * S + k] = u_4 * -100.0
+
+
+_state_derivative_parameter_jacobian_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    qd_1 = x[4 * S + k]
+    qd_2 = x[5 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_3 = u[2 * S + k]
+    u_4 = u[3 * S + k]
+    s_2, c_2 = turns((q_2,))
+    # link 2 (arm2): composite body, before its turn
+    h_2b_x = c_2 * 0.875 + 0.6000000000000001
+    # link 1 (arm1): composite body
+    t15 = c_2 * 0.35000000000000003
+    # link 1 (arm1): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (arm2): acceleration of its joint
+    a_2b_x = w_1_zz * -0.4
+    # link 2 (arm2): acceleration
+    a_2r_x = c_2 * a_2b_x
+    t22 = s_2 * a_2b_x
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (arm2): products of angular velocity
+    w_2_zz = omega_2_z * omega_2_z
+    # link 3 (quill): acceleration of its joint
+    a_3b_x = a_2r_x - w_2_zz * 0.25
+    # link 2 (arm2): force from link 1
+    t29 = w_2_zz * 0.5
+    # solve: L D L^T
+    t40 = t15 + 0.74375
+    t42 = t40 * 1.3445378151260503
+    t51 = u_4 + 0.875 * t22
+    t52 = u_2 + t51
+    t54 = (s_2 * (1.5 * a_3b_x - t29) - 1.5 * (c_2 * t22)) * 0.4
+    t58 = 1.0 / (t15 + h_2b_x * 0.4 - t40 * t42 + 2.12375)
+    t59 = (t51 + (u_1 - t54) - t42 * t52) * t58
+    alpha_4_z = u_4 * 10.0
+    # link 2 (arm2): acceleration of its joint
+    a_2b_y = 0.4 * t59
+    # link 2 (arm2): acceleration
+    t73 = t22 - c_2 * a_2b_y
+    # derivative: link 2 (arm2): acceleration
+    t74 = s_2 * w_1_zz + c_2 * t59
+    # link 2 (arm2): angular acceleration
+    t77 = t42 * t59 - (t59 + 1.3445378151260503 * t52)
+    # derivative: link 2 (arm2): Euler, inertial moment
+    t82 = t73 * 0.1 + t77 * 0.010000000000000002
+    t85 = t77 + t73 * 5.0
+    # link 3 (quill): acceleration of its joint
+    t86 = a_3b_x + s_2 * a_2b_y
+    t88 = t73 + 0.25 * t77
+    # derivative: link 3 (quill): moment, in frame 2
+    t89 = 0.25 * t88
+    # link 2 (arm2): force from link 1
+    t94 = 1.5 * t88
+    # derivative: link 2 (arm2): force, before its turn
+    t103 = s_2 * w_2_zz + c_2 * t77
+    # derivative of effort
+    t109 = t74 * -0.875
+    t112 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t59) - c_2 * t74)
+    t114 = c_2 * (t94 + 0.5 * t77) + (s_2 * (t29 - 1.5 * t86) - t59 * 6.8)
+    t120 = t94 + (t85 + t77 * 0.375)
+    t133 = t103 * 0.04000000000000001 + (t82 - t59 * 0.16000000000000003)
+    t138 = t89 - 0.4 * (s_2 * t86 - c_2 * t88)
+    t141 = 9.81 - (u_3 + 14.715) * 0.6666666666666666
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    out[64 * S + k] = 0.0
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = 0.0
+    out[67 * S + k] = 0.0
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = 0.0
+    out[70 * S + k] = 0.0
+    out[71 * S + k] = 0.0
+    out[72 * S + k] = 0.0
+    out[73 * S + k] = 0.0
+    out[74 * S + k] = 0.0
+    out[75 * S + k] = 0.0
+    out[76 * S + k] = 0.0
+    out[77 * S + k] = 0.0
+    out[78 * S + k] = 0.0
+    out[79 * S + k] = 0.0
+    out[80 * S + k] = 0.0
+    out[81 * S + k] = 0.0
+    out[82 * S + k] = 0.0
+    out[83 * S + k] = 0.0
+    out[84 * S + k] = 0.0
+    out[85 * S + k] = 0.0
+    out[86 * S + k] = 0.0
+    out[87 * S + k] = 0.0
+    out[88 * S + k] = 0.0
+    out[89 * S + k] = 0.0
+    out[90 * S + k] = 0.0
+    out[91 * S + k] = 0.0
+    out[92 * S + k] = 0.0
+    out[93 * S + k] = 0.0
+    out[94 * S + k] = 0.0
+    out[95 * S + k] = 0.0
+    out[96 * S + k] = 0.0
+    out[97 * S + k] = 0.0
+    out[98 * S + k] = 0.0
+    out[99 * S + k] = 0.0
+    out[100 * S + k] = 0.0
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = 0.0
+    out[103 * S + k] = 0.0
+    out[104 * S + k] = 0.0
+    out[105 * S + k] = 0.0
+    out[106 * S + k] = 0.0
+    out[107 * S + k] = 0.0
+    out[108 * S + k] = 0.0
+    out[109 * S + k] = 0.0
+    out[110 * S + k] = t109 + (t112 + t114)
+    out[111 * S + k] = t120 + t103 * 2.6
+    out[112 * S + k] = 0.0
+    out[113 * S + k] = t59 * -0.04000000000000001
+    out[114 * S + k] = t59 * -2.8000000000000003
+    out[115 * S + k] = 0.0
+    out[116 * S + k] = 0.0
+    out[117 * S + k] = 0.0
+    out[118 * S + k] = -t59
+    out[119 * S + k] = t133
+    out[120 * S + k] = t85 + t103 * 2.0
+    out[121 * S + k] = 0.0
+    out[122 * S + k] = 0.0
+    out[123 * S + k] = 0.0
+    out[124 * S + k] = t77
+    out[125 * S + k] = t138
+    out[126 * S + k] = 0.0
+    out[127 * S + k] = 0.0
+    out[128 * S + k] = 0.0
+    out[129 * S + k] = t77
+    out[130 * S + k] = t138
+    out[131 * S + k] = 0.0
+    out[132 * S + k] = 0.0
+    out[133 * S + k] = 0.0
+    out[134 * S + k] = alpha_4_z
+    out[135 * S + k] = 0.0
+    out[136 * S + k] = 0.0
+    out[137 * S + k] = t109
+    out[138 * S + k] = t120
+    out[139 * S + k] = 0.0
+    out[140 * S + k] = 0.0
+    out[141 * S + k] = 0.0
+    out[142 * S + k] = 0.0
+    out[143 * S + k] = 0.0
+    out[144 * S + k] = 0.0
+    out[145 * S + k] = 0.0
+    out[146 * S + k] = t82
+    out[147 * S + k] = t85
+    out[148 * S + k] = 0.0
+    out[149 * S + k] = 0.0
+    out[150 * S + k] = 0.0
+    out[151 * S + k] = t77
+    out[152 * S + k] = t89
+    out[153 * S + k] = 0.0
+    out[154 * S + k] = 0.0
+    out[155 * S + k] = 0.0
+    out[156 * S + k] = t77
+    out[157 * S + k] = t89
+    out[158 * S + k] = 0.0
+    out[159 * S + k] = 0.0
+    out[160 * S + k] = 0.0
+    out[161 * S + k] = alpha_4_z
+    out[162 * S + k] = 1.5
+    out[163 * S + k] = 0.0
+    out[164 * S + k] = 0.0
+    out[165 * S + k] = 0.0
+    out[166 * S + k] = 0.0
+    out[167 * S + k] = 0.0
+    out[168 * S + k] = 0.0
+    out[169 * S + k] = 0.0
+    out[170 * S + k] = 0.0
+    out[171 * S + k] = 0.0
+    out[172 * S + k] = 0.0
+    out[173 * S + k] = 0.0
+    out[174 * S + k] = 0.0
+    out[175 * S + k] = 0.0
+    out[176 * S + k] = 0.0
+    out[177 * S + k] = 0.0
+    out[178 * S + k] = 0.0
+    out[179 * S + k] = t141
+    out[180 * S + k] = 0.0
+    out[181 * S + k] = 0.0
+    out[182 * S + k] = 0.0
+    out[183 * S + k] = 0.0
+    out[184 * S + k] = t141
+    out[185 * S + k] = 0.0
+    out[186 * S + k] = 0.0
+    out[187 * S + k] = 0.0
+    out[188 * S + k] = 0.0
+    out[189 * S + k] = 0.0
+    out[190 * S + k] = 0.0
+    out[191 * S + k] = 0.0
+    out[192 * S + k] = 0.0
+    out[193 * S + k] = 0.0
+    out[194 * S + k] = 0.0
+    out[195 * S + k] = 0.0
+    out[196 * S + k] = 0.0
+    out[197 * S + k] = 0.0
+    out[198 * S + k] = 0.0
+    out[199 * S + k] = 0.0
+    out[200 * S + k] = 0.0
+    out[201 * S + k] = 0.0
+    out[202 * S + k] = 0.0
+    out[203 * S + k] = 0.0
+    out[204 * S + k] = 0.0
+    out[205 * S + k] = 0.0
+    out[206 * S + k] = 0.0
+    out[207 * S + k] = 0.0
+    out[208 * S + k] = 0.0
+    out[209 * S + k] = 0.0
+    out[210 * S + k] = 0.0
+    out[211 * S + k] = 0.0
+    out[212 * S + k] = 0.0
+    out[213 * S + k] = 0.0
+    out[214 * S + k] = 0.0
+    out[215 * S + k] = u_4 * -10.0
+    factor_1_0 = t42
+    factor_3_0 = -1.0
+    factor_3_1 = -1.0
+    reciprocal_0 = t58
+    reciprocal_1 = 1.3445378151260503
+    reciprocal_2 = 0.6666666666666666
+    reciprocal_3 = 10.0
+    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6092,7 +6960,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(216)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
     return out.reshape((8, 27))
 
 
@@ -6105,7 +6973,9 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 4 entries")
     if out.size != 216:
         raise ValueError("out must have 216 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6113,7 +6983,7 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 228:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 228 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6286,78 +7156,78 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t86 = (t79 + (u_1 + t56) - t64 * t80) * t85
     t88 = 1.0 / J_3_11
     t90 = 1.0 / p_flange_inertia_zz
+    alpha_4_z = u_4 * t90
+    # link 2 (arm2): angular acceleration
+    t94 = t64 * t86 - (t86 + t63 * t80)
     # link 2 (arm2): acceleration of its joint
     a_2b_y = p_arm1_dh_a * t86
     # link 2 (arm2): acceleration
-    t107 = a_2r_y + c_2 * a_2b_y
+    t111 = a_2r_y + c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t108 = s_2 * w_1_zz + c_2 * t86
-    # link 2 (arm2): angular acceleration
-    alpha_2_z = t86 + t63 * t80 - t64 * t86
+    t112 = s_2 * w_1_zz + c_2 * t86
     # derivative: link 2 (arm2): Newton, inertial force
-    t111 = p_arm2_mass * w_2_zz
+    t113 = p_arm2_mass * w_2_zz
     # link 2 (arm2): Newton, inertial force
-    F_2_y = J_2_x1 * alpha_2_z
+    t114 = J_2_x1 * t94
     # derivative: link 2 (arm2): Newton, inertial force
-    t113 = p_arm2_mass * alpha_2_z
+    t115 = p_arm2_mass * t94
     # derivative: link 2 (arm2): Euler, inertial moment
-    t118 = (t27 + p_arm2_dh_a * t20) * alpha_2_z + t20 * t107
-    t120 = p_arm2_mass * t107 + 2.0 * F_2_y
+    t120 = t94 * (t27 + p_arm2_dh_a * t20) - t20 * t111
+    t122 = 2.0 * t114 - p_arm2_mass * t111
     # link 3 (quill): acceleration of its joint
-    t121 = t47 - s_2 * a_2b_y
-    a_3b_y = t107 + p_arm2_dh_a * alpha_2_z
+    t123 = t47 - s_2 * a_2b_y
+    a_3b_y = t111 - p_arm2_dh_a * t94
     # link 3 (quill): Newton, inertial force
-    t126 = J_3_11 * a_3b_y
+    t128 = J_3_11 * a_3b_y
     # derivative: link 3 (quill): Newton, inertial force
-    t127 = J_3_11 * t108
-    t128 = J_3_11 * alpha_2_z
+    t129 = J_3_11 * t112
+    t130 = J_3_11 * t94
     # derivative: link 3 (quill): moment, in frame 2
-    t129 = p_arm2_dh_a * a_3b_y
+    t131 = p_arm2_dh_a * a_3b_y
+    t132 = -t131
     # derivative: link 2 (arm2): moment from link 1
-    t137 = p_arm2_dh_a * t128 + (t120 + t126)
+    t141 = p_arm2_dh_a * t130 + (t122 - t128)
     # derivative: link 2 (arm2): force, before its turn
-    t153 = s_2 * (t111 + J_3_11 * w_2_zz) - c_2 * (t113 + t128)
-    t155 = (c_2 * w_1_zz - s_2 * t86) * (s_2 * J_3_11) - c_2 * t127
-    # derivative: link 2 (arm2): moment, in frame 1
-    t157 = (s_2 * w_2_zz - c_2 * alpha_2_z) * (p_arm1_dh_a * t20)
+    t157 = s_2 * (t113 + J_3_11 * w_2_zz) + c_2 * (t115 + t130)
+    t159 = (c_2 * w_1_zz - s_2 * t86) * (s_2 * J_3_11) - c_2 * t129
     # derivative of effort
-    t162 = J_2_x1 * t108 + p_arm2_dh_a * t127
+    t166 = J_2_x1 * t112 + p_arm2_dh_a * t129
+    t169 = p_arm1_dh_a * t159 + (s_2 * (t44 + J_3_11 * t123) + c_2 * (t114 - t128))
+    t172 = t169 - t166 - 2.0 * (t86 * (t23 + p_arm1_dh_a * p_arm2_mass))
+    t173 = -t166
+    t181 = (s_2 * w_2_zz + c_2 * t94) * (p_arm1_dh_a * t20) + (t120 - t24 * t86)
     # solve: L D L^T
-    t166 = p_arm1_dh_a * t155 + (s_2 * (t44 + J_3_11 * t121) - c_2 * (F_2_y + t126))
-    t170 = t64 * t162 + (t166 - t162) - 2.0 * (t86 * (t23 + p_arm1_dh_a * p_arm2_mass))
-    t171 = t85 * t170
-    t174 = t63 * t162 + t64 * t171
-    t180 = t85 * (t137 - p_arm1_dh_a * t153 - t64 * t137)
-    t182 = t63 * t137
-    t183 = t64 * t180
-    t187 = t85 * t86
-    t188 = (t66 + p_arm1_dh_a * t22) * t187
+    t188 = t85 * (t172 - t64 * t173)
+    t189 = t63 * t173
     t190 = t64 * t188
-    t193 = t86 * (t23 * t85)
-    t194 = 2.0 * t193
-    t197 = t64 * t194
-    t200 = t64 * t187
-    t206 = t85 * (t24 * t86 + t118 - t157 - t64 * t118)
-    t208 = t63 * t118
-    t209 = t64 * t206
-    t215 = t120 - p_arm1_dh_a * (s_2 * t111 - c_2 * t113) - t64 * t120
-    t216 = t85 * t215
-    t218 = t63 * t120
-    t219 = t64 * t216
-    t225 = t85 * (alpha_2_z - t64 * alpha_2_z)
-    t226 = -t225
-    t227 = t63 * alpha_2_z
-    t228 = t64 * t225
-    t229 = t228 - t227
-    t231 = t228 - t225 - t227
-    t235 = t129 - p_arm1_dh_a * (s_2 * t121 - c_2 * a_3b_y) - t64 * t129
-    t236 = t85 * t235
-    t237 = -t236
-    t238 = t63 * t129
-    t239 = t88 * (p_g - (u_3 + J_3_11 * p_g) * t88)
-    t240 = t64 * t236
-    t241 = t240 - t238
-    t243 = t240 - t236 - t238
+    t196 = t85 * (t141 + p_arm1_dh_a * t157 - t64 * t141)
+    t197 = t63 * t141
+    t198 = t64 * t196
+    t202 = t85 * -(t86 * (t66 + p_arm1_dh_a * t22))
+    t203 = t64 * t202
+    t206 = t85 * (t23 * t86 * -2.0)
+    t207 = t64 * t206
+    t210 = t85 * -t86
+    t211 = t64 * t210
+    t216 = t85 * (t181 - t64 * t120)
+    t217 = t63 * t120
+    t218 = t64 * t216
+    t223 = t122 + p_arm1_dh_a * (s_2 * t113 + c_2 * t115) - t64 * t122
+    t224 = t85 * t223
+    t225 = t63 * t122
+    t226 = t64 * t224
+    t232 = t85 * (t94 - t64 * t94)
+    t233 = t63 * t94
+    t234 = t64 * t232
+    t235 = t233 - t234
+    t237 = t232 - (t234 - t233)
+    t239 = p_arm1_dh_a * (s_2 * t123 - c_2 * a_3b_y) - t131 - t64 * t132
+    t240 = t85 * t239
+    t241 = t63 * t132
+    t242 = t88 * (p_g - (u_3 + J_3_11 * p_g) * t88)
+    t243 = t64 * t240
+    t244 = t241 - t243
+    t246 = t240 - (t243 - t241)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -6468,59 +7338,59 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = t171
-    out[111 * S + k] = -t180
+    out[110 * S + k] = t188
+    out[111 * S + k] = t196
     out[112 * S + k] = 0.0
-    out[113 * S + k] = -t188
-    out[114 * S + k] = t193 * -2.0
+    out[113 * S + k] = t202
+    out[114 * S + k] = t206
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -t187
-    out[119 * S + k] = -t206
-    out[120 * S + k] = -t216
+    out[118 * S + k] = t210
+    out[119 * S + k] = t216
+    out[120 * S + k] = t224
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t226
-    out[125 * S + k] = t237
+    out[124 * S + k] = t232
+    out[125 * S + k] = t240
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t226
-    out[130 * S + k] = t237
+    out[129 * S + k] = t232
+    out[130 * S + k] = t240
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
     out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = -t174
-    out[138 * S + k] = t183 - t182
+    out[137 * S + k] = t189 - t190
+    out[138 * S + k] = t197 - t198
     out[139 * S + k] = 0.0
-    out[140 * S + k] = t190
-    out[141 * S + k] = t197
+    out[140 * S + k] = -t203
+    out[141 * S + k] = -t207
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = t200
-    out[146 * S + k] = t209 - t208
-    out[147 * S + k] = t219 - t218
+    out[145 * S + k] = -t211
+    out[146 * S + k] = t217 - t218
+    out[147 * S + k] = t225 - t226
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t229
-    out[152 * S + k] = t241
+    out[151 * S + k] = t235
+    out[152 * S + k] = t244
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t229
-    out[157 * S + k] = t241
+    out[156 * S + k] = t235
+    out[157 * S + k] = t244
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
     out[161 * S + k] = 0.0
-    out[162 * S + k] = 1.0
+    out[162 * S + k] = J_3_11 * t88
     out[163 * S + k] = 0.0
     out[164 * S + k] = 0.0
     out[165 * S + k] = 0.0
@@ -6537,43 +7407,389 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t239
+    out[179 * S + k] = t242
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t239
+    out[184 * S + k] = t242
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = t171 - t174
-    out[192 * S + k] = t183 - t180 - t182
+    out[191 * S + k] = t188 - (t190 - t189)
+    out[192 * S + k] = t196 - (t198 - t197)
     out[193 * S + k] = 0.0
-    out[194 * S + k] = t190 - t188
-    out[195 * S + k] = t197 - t194
+    out[194 * S + k] = t202 - t203
+    out[195 * S + k] = t206 - t207
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = t200 - t187
-    out[200 * S + k] = t209 - t206 - t208
-    out[201 * S + k] = t219 - t216 - t218
+    out[199 * S + k] = t210 - t211
+    out[200 * S + k] = t216 - (t218 - t217)
+    out[201 * S + k] = t224 - (t226 - t225)
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = t231
-    out[206 * S + k] = t243
+    out[205 * S + k] = t237
+    out[206 * S + k] = t246
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = t231
-    out[211 * S + k] = t243
+    out[210 * S + k] = t237
+    out[211 * S + k] = t246
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
-    out[215 * S + k] = -(u_4 * (t90 * t90))
+    out[215 * S + k] = t90 * -alpha_4_z
+
+
+_state_derivative_parameter_jacobian_p_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    qd_1 = x[4 * S + k]
+    qd_2 = x[5 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_3 = u[2 * S + k]
+    u_4 = u[3 * S + k]
+    p_g = p[0]
+    p_arm1_dh_a = p[2]
+    p_arm2_dh_a = p[3]
+    p_arm1_mass = p[5]
+    p_arm1_com_x = p[6]
+    p_arm1_inertia_zz = p[10]
+    p_arm2_mass = p[11]
+    p_arm2_com_x = p[12]
+    p_arm2_inertia_zz = p[16]
+    p_quill_mass = p[17]
+    p_quill_inertia_zz = p[21]
+    p_flange_mass = p[22]
+    p_flange_inertia_zz = p[26]
+    s_2, c_2 = turns((q_2,))
+    # link 3 (quill): base parameters
+    J_3_11 = p_quill_mass + p_flange_mass
+    # derivative: link 2 (arm2): base parameters
+    t20 = p_arm2_dh_a + p_arm2_com_x
+    # link 2 (arm2): base parameters
+    J_2_x1 = p_arm2_mass * t20
+    # derivative: link 1 (arm1): base parameters
+    t22 = p_arm1_dh_a + p_arm1_com_x
+    # link 1 (arm1): base parameters
+    t23 = p_arm1_mass * t22
+    t24 = p_arm1_dh_a * p_arm1_dh_a
+    # link 3 (quill): composite body, before its turn
+    h_3b_x = p_arm2_dh_a * J_3_11
+    # link 2 (arm2): composite body
+    t27 = p_arm2_com_x * t20
+    h_2_x = J_2_x1 + h_3b_x
+    # link 2 (arm2): composite body, before its turn
+    h_2t_x = c_2 * h_2_x
+    # link 1 (arm1): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (arm2): acceleration of its joint
+    t39 = p_arm1_dh_a * w_1_zz
+    # link 2 (arm2): acceleration
+    a_2r_y = s_2 * t39
+    # link 2 (arm2): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (arm2): products of angular velocity
+    w_2_zz = omega_2_z * omega_2_z
+    # link 2 (arm2): Newton, inertial force
+    t44 = J_2_x1 * w_2_zz
+    # link 2 (arm2): Euler, inertial moment
+    N_2_z = J_2_x1 * a_2r_y
+    # link 3 (quill): acceleration of its joint
+    t47 = c_2 * t39 + p_arm2_dh_a * w_2_zz
+    # link 3 (quill): Newton, inertial force
+    f_2_y = J_3_11 * a_2r_y
+    # link 2 (arm2): moment, in frame 1
+    t56 = p_arm1_dh_a * (s_2 * (t44 + J_3_11 * t47) - c_2 * f_2_y)
+    # solve: L D L^T
+    t61 = p_arm2_mass * t27 + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t62 = p_arm2_dh_a * h_2_x + t61
+    t63 = p_arm1_dh_a * h_2t_x + t62
+    t64 = 1.0 / t62
+    t65 = t63 * t64
+    t67 = p_arm1_com_x * t22
+    t73 = p_arm1_dh_a * (p_arm1_dh_a * J_3_11 + (t23 + h_2t_x * 2.0))
+    t76 = t62 + (p_arm1_inertia_zz + p_arm2_mass * t24) - t63 * t65
+    t80 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
+    t81 = u_2 + t80
+    t86 = 1.0 / (t73 + (p_arm1_mass * t67 + t76))
+    t87 = (t80 + (u_1 + t56) - t65 * t81) * t86
+    t89 = 1.0 / J_3_11
+    t91 = 1.0 / p_flange_inertia_zz
+    alpha_4_z = u_4 * t91
+    # link 2 (arm2): angular acceleration
+    t95 = t65 * t87 - (t87 + t64 * t81)
+    # link 2 (arm2): acceleration of its joint
+    a_2b_y = p_arm1_dh_a * t87
+    # link 2 (arm2): acceleration
+    t112 = a_2r_y + c_2 * a_2b_y
+    # derivative: link 2 (arm2): acceleration
+    t113 = s_2 * w_1_zz + c_2 * t87
+    # derivative: link 2 (arm2): Newton, inertial force
+    t114 = p_arm2_mass * w_2_zz
+    # link 2 (arm2): Newton, inertial force
+    t115 = J_2_x1 * t95
+    # derivative: link 2 (arm2): Newton, inertial force
+    t116 = p_arm2_mass * t95
+    # derivative: link 2 (arm2): Euler, inertial moment
+    t121 = t95 * (t27 + p_arm2_dh_a * t20) - t20 * t112
+    t123 = 2.0 * t115 - p_arm2_mass * t112
+    # link 3 (quill): acceleration of its joint
+    t124 = t47 - s_2 * a_2b_y
+    a_3b_y = t112 - p_arm2_dh_a * t95
+    # link 3 (quill): Newton, inertial force
+    t129 = J_3_11 * a_3b_y
+    # derivative: link 3 (quill): Newton, inertial force
+    t130 = J_3_11 * t113
+    t131 = J_3_11 * t95
+    # derivative: link 3 (quill): moment, in frame 2
+    t132 = p_arm2_dh_a * a_3b_y
+    t133 = -t132
+    # derivative: link 2 (arm2): moment from link 1
+    t142 = p_arm2_dh_a * t131 + (t123 - t129)
+    # derivative: link 2 (arm2): force, before its turn
+    t158 = s_2 * (t114 + J_3_11 * w_2_zz) + c_2 * (t116 + t131)
+    t160 = (c_2 * w_1_zz - s_2 * t87) * (s_2 * J_3_11) - c_2 * t130
+    # derivative of effort
+    t167 = J_2_x1 * t113 + p_arm2_dh_a * t130
+    t170 = p_arm1_dh_a * t160 + (s_2 * (t44 + J_3_11 * t124) + c_2 * (t115 - t129))
+    t173 = t170 - t167 - 2.0 * (t87 * (t23 + p_arm1_dh_a * p_arm2_mass))
+    t182 = (s_2 * w_2_zz + c_2 * t95) * (p_arm1_dh_a * t20) + (t121 - t24 * t87)
+    t184 = p_arm1_dh_a * (s_2 * t124 - c_2 * a_3b_y) - t132
+    t185 = p_g - (u_3 + J_3_11 * p_g) * t89
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    out[64 * S + k] = 0.0
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = 0.0
+    out[67 * S + k] = 0.0
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = 0.0
+    out[70 * S + k] = 0.0
+    out[71 * S + k] = 0.0
+    out[72 * S + k] = 0.0
+    out[73 * S + k] = 0.0
+    out[74 * S + k] = 0.0
+    out[75 * S + k] = 0.0
+    out[76 * S + k] = 0.0
+    out[77 * S + k] = 0.0
+    out[78 * S + k] = 0.0
+    out[79 * S + k] = 0.0
+    out[80 * S + k] = 0.0
+    out[81 * S + k] = 0.0
+    out[82 * S + k] = 0.0
+    out[83 * S + k] = 0.0
+    out[84 * S + k] = 0.0
+    out[85 * S + k] = 0.0
+    out[86 * S + k] = 0.0
+    out[87 * S + k] = 0.0
+    out[88 * S + k] = 0.0
+    out[89 * S + k] = 0.0
+    out[90 * S + k] = 0.0
+    out[91 * S + k] = 0.0
+    out[92 * S + k] = 0.0
+    out[93 * S + k] = 0.0
+    out[94 * S + k] = 0.0
+    out[95 * S + k] = 0.0
+    out[96 * S + k] = 0.0
+    out[97 * S + k] = 0.0
+    out[98 * S + k] = 0.0
+    out[99 * S + k] = 0.0
+    out[100 * S + k] = 0.0
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = 0.0
+    out[103 * S + k] = 0.0
+    out[104 * S + k] = 0.0
+    out[105 * S + k] = 0.0
+    out[106 * S + k] = 0.0
+    out[107 * S + k] = 0.0
+    out[108 * S + k] = 0.0
+    out[109 * S + k] = 0.0
+    out[110 * S + k] = t173
+    out[111 * S + k] = t142 + p_arm1_dh_a * t158
+    out[112 * S + k] = 0.0
+    out[113 * S + k] = -(t87 * (t67 + p_arm1_dh_a * t22))
+    out[114 * S + k] = t23 * t87 * -2.0
+    out[115 * S + k] = 0.0
+    out[116 * S + k] = 0.0
+    out[117 * S + k] = 0.0
+    out[118 * S + k] = -t87
+    out[119 * S + k] = t182
+    out[120 * S + k] = t123 + p_arm1_dh_a * (s_2 * t114 + c_2 * t116)
+    out[121 * S + k] = 0.0
+    out[122 * S + k] = 0.0
+    out[123 * S + k] = 0.0
+    out[124 * S + k] = t95
+    out[125 * S + k] = t184
+    out[126 * S + k] = 0.0
+    out[127 * S + k] = 0.0
+    out[128 * S + k] = 0.0
+    out[129 * S + k] = t95
+    out[130 * S + k] = t184
+    out[131 * S + k] = 0.0
+    out[132 * S + k] = 0.0
+    out[133 * S + k] = 0.0
+    out[134 * S + k] = alpha_4_z
+    out[135 * S + k] = 0.0
+    out[136 * S + k] = 0.0
+    out[137 * S + k] = -t167
+    out[138 * S + k] = t142
+    out[139 * S + k] = 0.0
+    out[140 * S + k] = 0.0
+    out[141 * S + k] = 0.0
+    out[142 * S + k] = 0.0
+    out[143 * S + k] = 0.0
+    out[144 * S + k] = 0.0
+    out[145 * S + k] = 0.0
+    out[146 * S + k] = t121
+    out[147 * S + k] = t123
+    out[148 * S + k] = 0.0
+    out[149 * S + k] = 0.0
+    out[150 * S + k] = 0.0
+    out[151 * S + k] = t95
+    out[152 * S + k] = t133
+    out[153 * S + k] = 0.0
+    out[154 * S + k] = 0.0
+    out[155 * S + k] = 0.0
+    out[156 * S + k] = t95
+    out[157 * S + k] = t133
+    out[158 * S + k] = 0.0
+    out[159 * S + k] = 0.0
+    out[160 * S + k] = 0.0
+    out[161 * S + k] = alpha_4_z
+    out[162 * S + k] = J_3_11
+    out[163 * S + k] = 0.0
+    out[164 * S + k] = 0.0
+    out[165 * S + k] = 0.0
+    out[166 * S + k] = 0.0
+    out[167 * S + k] = 0.0
+    out[168 * S + k] = 0.0
+    out[169 * S + k] = 0.0
+    out[170 * S + k] = 0.0
+    out[171 * S + k] = 0.0
+    out[172 * S + k] = 0.0
+    out[173 * S + k] = 0.0
+    out[174 * S + k] = 0.0
+    out[175 * S + k] = 0.0
+    out[176 * S + k] = 0.0
+    out[177 * S + k] = 0.0
+    out[178 * S + k] = 0.0
+    out[179 * S + k] = t185
+    out[180 * S + k] = 0.0
+    out[181 * S + k] = 0.0
+    out[182 * S + k] = 0.0
+    out[183 * S + k] = 0.0
+    out[184 * S + k] = t185
+    out[185 * S + k] = 0.0
+    out[186 * S + k] = 0.0
+    out[187 * S + k] = 0.0
+    out[188 * S + k] = 0.0
+    out[189 * S + k] = 0.0
+    out[190 * S + k] = 0.0
+    out[191 * S + k] = 0.0
+    out[192 * S + k] = 0.0
+    out[193 * S + k] = 0.0
+    out[194 * S + k] = 0.0
+    out[195 * S + k] = 0.0
+    out[196 * S + k] = 0.0
+    out[197 * S + k] = 0.0
+    out[198 * S + k] = 0.0
+    out[199 * S + k] = 0.0
+    out[200 * S + k] = 0.0
+    out[201 * S + k] = 0.0
+    out[202 * S + k] = 0.0
+    out[203 * S + k] = 0.0
+    out[204 * S + k] = 0.0
+    out[205 * S + k] = 0.0
+    out[206 * S + k] = 0.0
+    out[207 * S + k] = 0.0
+    out[208 * S + k] = 0.0
+    out[209 * S + k] = 0.0
+    out[210 * S + k] = 0.0
+    out[211 * S + k] = 0.0
+    out[212 * S + k] = 0.0
+    out[213 * S + k] = 0.0
+    out[214 * S + k] = 0.0
+    out[215 * S + k] = -alpha_4_z
+    factor_1_0 = t65
+    factor_3_0 = -1.0
+    factor_3_1 = -1.0
+    reciprocal_0 = t86
+    reciprocal_1 = t64
+    reciprocal_2 = t89
+    reciprocal_3 = t91
+    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6586,7 +7802,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(216)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 27))
 
 
@@ -6601,7 +7817,9 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 216:
         raise ValueError("out must have 216 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6609,7 +7827,7 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 255:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 255 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6768,6 +7986,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -6922,6 +8142,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -7072,6 +8294,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -7224,6 +8448,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -7387,6 +8613,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -7567,6 +8795,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 24:
         raise ValueError("out must have 24 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -8012,6 +9242,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 4 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -8179,6 +9411,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 27 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -1947,6 +2033,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 6 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -2267,6 +2355,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -2531,6 +2621,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 6 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -2897,6 +2989,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -6081,6 +6175,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 6 entries")
     if out.size != 72:
         raise ValueError("out must have 72 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -6866,6 +6962,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 72:
         raise ValueError("out must have 72 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -7026,106 +7124,91 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     w_2_xx = t28 * t28
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t35 = w_2_xx + w_2_zz
+    t34 = w_2_xx + w_2_zz
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t36 = w_1_zz - t35
+    t35 = w_1_zz - t34
     # link 3 (boom): acceleration of its frame
     omega_2s_x = t28 * -2.0
     omega_2s_z = qd_2 * 2.0
     # link 3 (boom): products of angular velocity
     w_3_zz = t29 * t29
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t35 - w_3_zz
+    U_3_xx = w_2_zz - t34 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t49 = s_4 * t28 + qd_2 * c_4
+    t48 = s_4 * t28 + qd_2 * c_4
     omega_4r_y = qd_2 * s_4 - c_4 * t28
     # link 4 (wrist_roll): angular velocity
     omega_4_z = qd_4 + t29
     # link 4 (wrist_roll): products of angular velocity
-    t54 = t49 * omega_4r_y
-    t55 = t49 * omega_4_z
-    w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t49 * t49
+    t53 = t48 * omega_4r_y
+    t54 = t48 * omega_4_z
+    w_4_xx = t48 * t48
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): acceleration field U
-    t59 = w_4_xx + w_4_zz
+    t57 = w_4_xx + w_4_zz
     # link 4 (wrist_roll): Euler, inertial moment
-    t60 = t35 - t59
+    t58 = t34 - t57
     # link 5 (wrist_bend): angular velocity of link 4
-    t63 = s_5 * omega_4_z + c_5 * t49
-    omega_5r_y = s_5 * t49 - c_5 * omega_4_z
+    t61 = s_5 * omega_4_z + c_5 * t48
+    omega_5r_y = s_5 * t48 - c_5 * omega_4_z
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t68 = t63 * omega_5r_y
-    t69 = t63 * omega_5_z
-    w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t63 * t63
+    t66 = t61 * omega_5r_y
+    t67 = t61 * omega_5_z
+    w_5_xx = t61 * t61
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    t73 = w_5_xx + w_5_zz
+    t70 = w_5_xx + w_5_zz
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_y = t73 * 0.079443
+    F_5_y = t70 * 0.079443
     # link 5 (wrist_bend): Euler, inertial moment
-    t76 = t59 - t73
+    t73 = t57 - t70
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t63
-    omega_6r_y = s_6 * t63 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t61
+    omega_6r_y = s_6 * t61 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
-    # link 6 (hand): products of angular velocity
-    w_6_xz = omega_6r_x * omega_6_z
-    w_6_yz = omega_6r_y * omega_6_z
     # link 2 (shoulder_tilt): twice the velocity of its frame
     v_2b_x = qd_1 * -0.308
     v_2r_x = c_2 * v_2b_x
-    t91 = s_2 * v_2b_x
+    t86 = s_2 * v_2b_x
     omega_2s_y = t29 * -2.0
     # link 3 (boom): twice the velocity of its frame
     v_3b_x = v_2r_x + 2.0 * (q_3 * qd_2)
-    t96 = q_3 * omega_2s_x
+    t91 = q_3 * omega_2s_x
     omega_3s_x = qd_2 * -2.0
-    omega_3s_z = t29 * 2.0
     # link 4 (wrist_roll): twice the velocity of its frame
     v_4b_y = v_3b_x + t29 * 0.0406
-    v_4b_z = t91 + (qd_3 * 2.0 + t28 * 0.0406)
-    v_4r_x = s_4 * v_4b_y + c_4 * t96
-    v_4r_y = c_4 * v_4b_y - s_4 * t96
-    omega_4s_x = -2.0 * t49
+    v_4b_z = t86 + (qd_3 * 2.0 + t28 * 0.0406)
+    v_4r_x = s_4 * v_4b_y + c_4 * t91
+    v_4r_y = c_4 * v_4b_y - s_4 * t91
+    omega_4s_x = -2.0 * t48
     omega_4s_y = 2.0 * omega_4r_y
     omega_4s_z = 2.0 * omega_4_z
     # link 6 (hand): composite body, before its turn
-    K_6o_12 = qd_6 * 0.0002999999999999999
-    K_6o_21 = qd_6 * -0.0002999999999999999
-    K_6_p = K_6o_12 + K_6o_21
-    t123 = s_6 * K_6_p
-    K_6_a = c_6 * t123
-    t125 = s_6 * t123
-    K_6t_12 = K_6o_12 - t125
-    K_6t_21 = K_6o_21 - t125
+    K_6t_12 = qd_6 * 0.0002999999999999999
+    K_6t_21 = qd_6 * -0.0002999999999999999
     # link 5 (wrist_bend): composite body, before its turn
     ss_5 = s_5 * s_5
     sc_5 = c_5 * s_5
     S_5_a = ss_5 * -0.0280161283
     S_5_b = sc_5 * -0.0280161283
-    t134 = S_5_a + 0.00115
+    t122 = S_5_a + 0.00115
     y0_5_5_n_x = s_5 * -1.0697399999999999e-05
     S_5t_13 = s_5 * 1.0697399999999999e-05
     S_5t_22 = S_5_a + 0.0268661283
     S_5t_23 = c_5 * -1.0697399999999999e-05
-    t143 = s_5 * -0.079443
+    t131 = s_5 * -0.079443
     h_5t_x = s_5 * 0.079443
     h_5t_y = c_5 * -0.079443
-    K_5o_12 = qd_5 * -0.0023
-    K_5o_21 = qd_5 * -0.0537322566
     K_5o_31 = K_6t_21 + qd_5 * 2.1394799999999997e-05
-    K_5_p = K_5o_12 + K_5o_21
-    C_4_n_z = K_6_a * ss_5 - sc_5 * K_5_p
-    t159 = ss_5 * K_5_p + K_6_a * sc_5
-    t160 = K_6_a - C_4_n_z
-    K_5t_12 = K_5o_12 - t159
+    K_5_p = qd_5 * -0.0560322566
+    K_5_a = sc_5 * K_5_p
+    t140 = ss_5 * K_5_p
+    t143 = t140 + qd_5 * 0.0023
     K_5t_13 = c_5 * K_6t_12
-    K_5t_21 = K_5o_21 - t159
+    t147 = t140 + qd_5 * 0.0537322566
     K_5t_23 = s_5 * K_6t_12
     K_5t_31 = c_5 * K_5o_31
     K_5t_32 = s_5 * K_5o_31
@@ -7133,171 +7216,176 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     l_5t_x = c_5 * l_5o_x
     l_5t_y = s_5 * l_5o_x
     # link 4 (wrist_roll): composite body
-    t172 = S_5t_23 - 5.36544e-05
+    t156 = S_5t_23 - 5.36544e-05
     # link 4 (wrist_roll): composite body, before its turn
     ss_4 = s_4 * s_4
     sc_4 = c_4 * s_4
-    t177 = S_5_a + 0.0056497356
+    t160 = S_5_a + 0.0056497356
     S_4_p = s_5 * 2.1394799999999997e-05
-    t181 = ss_4 * t177 - sc_4 * S_4_p
-    t186 = s_4 * t172 - c_4 * S_5_b
-    t189 = c_4 * h_5t_x
-    t192 = s_4 * 0.029825999999999995 - t189
+    t164 = ss_4 * t160 - sc_4 * S_4_p
+    t169 = s_4 * t156 - c_4 * S_5_b
+    t172 = c_4 * h_5t_x
+    t175 = s_4 * 0.029825999999999995 - t172
     h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
-    t196 = qd_4 * S_4_p
-    t197 = t160 + t196
-    K_4o_12 = K_5t_13 - 2.0 * (qd_4 * t134)
-    t203 = qd_4 * 0.0089994712 - K_5t_31
-    K_4o_22 = K_6_a + t196
-    t207 = K_5t_21 - 2.0 * (qd_4 * t172)
-    t211 = K_5t_23 - qd_4 * sc_5 * 0.0560322566
-    t212 = t197 + K_4o_22
-    K_4_p = K_4o_12 - t203
-    t216 = ss_4 * t212 - sc_4 * K_4_p
-    t219 = sc_4 * t212 + ss_4 * K_4_p
-    K_3t_12 = t203 + t219
-    K_4t_22 = K_4o_22 - t216
-    t232 = qd_4 * 0.05965199999999999 - l_5t_x
+    K_4o_22 = qd_4 * S_4_p
+    t180 = K_5_a + K_4o_22
+    K_4o_12 = K_5t_13 - 2.0 * (qd_4 * t122)
+    t186 = qd_4 * 0.0089994712 - K_5t_31
+    t189 = t147 + 2.0 * (qd_4 * t156)
+    t193 = K_5t_23 - qd_4 * sc_5 * 0.0560322566
+    t194 = K_4o_22 + t180
+    K_4_p = K_4o_12 - t186
+    t198 = ss_4 * t194 - sc_4 * K_4_p
+    t201 = sc_4 * t194 + ss_4 * K_4_p
+    K_3t_12 = t186 + t201
+    K_4t_22 = K_4o_22 - t198
+    t214 = qd_4 * 0.05965199999999999 - l_5t_x
     l_4o_y = 0.158886 * (qd_4 * s_5)
-    t237 = c_4 * t232 + s_4 * l_4o_y
-    l_4t_y = c_4 * l_4o_y - s_4 * t232
+    t219 = c_4 * t214 + s_4 * l_4o_y
+    l_4t_y = c_4 * l_4o_y - s_4 * t214
     # link 3 (boom): composite body
-    t243 = t134 - t181 + 0.0406 * t192
-    S_3_12 = S_5t_13 - sc_4 * t177 - ss_4 * S_4_p + 0.0203 * h_4t_y
-    t249 = t192 - 0.13134099999999999
-    t251 = h_5t_y + 2.7499110000000004
+    t225 = t122 - t164 + 0.0406 * t175
+    S_3_12 = S_5t_13 - sc_4 * t160 - ss_4 * S_4_p + 0.0203 * h_4t_y
+    t231 = t175 - 0.13134099999999999
+    t233 = h_5t_y + 2.7499110000000004
     # link 3 (boom): composite body: flow of its moments
-    t254 = t197 - t216 + 0.0203 * t237
-    K_3_12 = K_4o_12 - t219 + 0.0203 * l_4t_y
+    t236 = t180 - t198 + 0.0203 * t219
     # link 3 (boom): composite body, before its turn
-    t262 = c_4 * K_5t_32 + s_4 * K_5t_12 - 2.0 * (qd_3 * h_4t_y)
+    t240 = c_4 * K_5t_32 - s_4 * t143 - 2.0 * (qd_3 * h_4t_y)
     l_3o_z = qd_3 * 12.940000000000001 - l_5t_y
-    t269 = q_3 * 6.470000000000001 - t251
+    t246 = q_3 * 6.470000000000001 - t233
     # link 2 (shoulder_tilt): composite body
-    t271 = t181 - 0.012499735599999895
-    S_2_12 = c_4 * t172 + s_4 * S_5_b - q_3 * h_4t_y
-    S_2_22 = q_3 * t269 + (S_5_a - q_3 * t251) + 4.314419422000001
-    S_2_23 = t186 + c_5 * 0.0016126928999999999 - q_3 * t249 - 0.055823193300000004
+    t248 = t164 - 0.012499735599999895
+    S_2_12 = c_4 * t156 + s_4 * S_5_b - q_3 * h_4t_y
+    t258 = q_3 * (t233 - t246) + ss_5 * 0.0280161283 - 4.314419422000001
+    S_2_23 = t169 + c_5 * 0.0016126928999999999 - q_3 * t231 - 0.055823193300000004
     # link 2 (shoulder_tilt): composite body: flow of its moments
-    t290 = c_4 * t211 + s_4 * t207 - q_3 * l_4t_y
-    t294 = C_4_n_z + 2.0 * (qd_3 * t251) - q_3 * l_3o_z
-    t297 = q_3 * t237 + (c_4 * t207 - s_4 * t211)
+    t268 = c_4 * t193 - s_4 * t189 - q_3 * l_4t_y
+    t273 = K_5_a + q_3 * l_3o_z - 2.0 * (qd_3 * t233)
+    t276 = c_4 * t189 + s_4 * t193 - q_3 * t219
     # link 2 (shoulder_tilt): composite body, before its turn
     ss_2 = s_2 * s_2
     sc_2 = c_2 * s_2
-    t300 = t271 + S_2_22
+    t279 = t248 - t258
     S_2_p = 2.0 * S_2_12
-    t309 = qd_2 * S_2_p
-    K_2o_11 = K_4t_22 - t309
-    K_2_d = K_2o_11 + (t294 - t309)
-    K_2_p = t262 + t290 - 2.0 * (qd_2 * t271) - 2.0 * (qd_2 * S_2_22)
-    h_2b_y = t249 + 0.99638
+    t288 = qd_2 * S_2_p
+    K_2o_11 = K_4t_22 - t288
+    K_2_p = t240 + t268 - 2.0 * (qd_2 * t279)
+    t297 = sc_2 * K_2_p
+    h_2b_y = t231 + 0.99638
     # link 1 (shoulder_pan): Coriolis terms
-    C_1_n_z = K_2o_11 + (t237 * 0.154 - t254) - ss_2 * K_2_d - sc_2 * K_2_p
+    t304 = ss_2 * (t273 + t288 - K_2o_11) + (K_2o_11 + (t219 * 0.154 - t236))
     # link 2 (shoulder_tilt): second change of its axis
-    t332 = t29 * t91 - t28 * v_2r_x
+    t309 = t29 * t86 - t28 * v_2r_x
     # link 2 (shoulder_tilt): Coriolis terms
     C_2_f_x = l_3o_z - omega_2s_z * h_4t_y
-    C_2_f_y = l_4t_y + omega_2s_z * t269
-    t337 = omega_2s_x * h_4t_y
-    t339 = omega_2s_x * S_2_12
-    C_2_n_x = omega_2s_z * S_2_23 + (t339 + (K_3_12 + omega_2s_y * S_2_22))
-    t346 = omega_2s_y * S_2_12
-    t351 = c_4 * K_5t_12 + (0.0203 * l_5t_y - s_4 * K_5t_32) + 2.0 * (qd_3 * t249)
-    C_2_n_y = omega_2s_x * t271 + (omega_2s_z * S_3_12 + t351) - t346
-    C_2_n_z = K_4t_22 - t294
-    C_2_c_y = t297 + t346 - omega_2s_x * S_2_22
+    C_2_f_y = l_4t_y + omega_2s_z * t246
+    t314 = omega_2s_x * h_4t_y
+    t316 = omega_2s_x * S_2_12
+    t321 = K_4o_12 - t201 + 0.0203 * l_4t_y - omega_2s_y * t258
+    C_2_n_x = omega_2s_z * S_2_23 + (t316 + t321)
+    t326 = omega_2s_y * S_2_12
+    t331 = omega_2s_z * S_3_12 + (0.0203 * l_5t_y - s_4 * K_5t_32 - c_4 * t143)
+    C_2_n_y = omega_2s_x * t248 + t331 - t326 + 2.0 * (qd_3 * t231)
+    C_2_n_z = K_4t_22 + t273
     # link 2 (shoulder_tilt): change with its position
     G_2_0 = w_2_xy * 2.0
-    G_2_1 = t36 + (w_2_zz - w_2_xx)
+    G_2_1 = t35 + (w_2_zz - w_2_xx)
     # link 3 (boom): Coriolis terms
     C_3_f_y = qd_2 * 12.940000000000001
-    t386 = omega_3s_x * t251
-    t387 = omega_2s_x * t251
-    t395 = t96 * 6.470000000000001 - t237 - t387 - omega_3s_z * h_4t_y
+    t366 = omega_3s_x * t233
+    t367 = omega_2s_x * t233
+    t375 = t91 * 6.470000000000001 - t219 - t367 - 2.0 * (t29 * h_4t_y)
     # link 4 (wrist_roll): Coriolis terms
-    t402 = omega_4s_z * h_5t_x
-    t404 = omega_4_z * 0.05965199999999999 - l_5t_x
+    t382 = omega_4s_z * h_5t_x
+    t384 = omega_4_z * 0.05965199999999999 - l_5t_x
     C_4_f_z = omega_4s_x * h_5t_x + omega_4r_y * 0.05965199999999999
-    t408 = omega_4s_x * S_5t_13
-    C_4_n_x = t408 + (K_5t_21 + omega_4r_y * 0.0089994712) - omega_4s_z * t172
-    t416 = omega_4s_y * S_5t_13
-    C_4_n_y = omega_4s_x * t134 + (K_5t_23 + omega_4s_z * S_5_b) - t416
-    C_4_c_x = K_5t_12 - t408 - v_4b_z * h_5t_x - omega_4s_y * t134
-    t428 = K_5t_32 + (t49 * 0.0089994712 - v_4b_z * 0.029825999999999995)
-    C_4_c_y = t416 + t428
-    t435 = omega_4s_x * t172 + (C_4_n_z + v_4r_y * 0.029825999999999995)
-    C_4_c_z = v_4r_x * h_5t_x + (t435 - omega_4s_y * S_5_b)
+    t388 = omega_4s_x * S_5t_13
+    C_4_n_x = t388 + (omega_4r_y * 0.0089994712 - t147) - omega_4s_z * t156
+    t396 = omega_4s_y * S_5t_13
+    C_4_n_y = omega_4s_x * t122 + (K_5t_23 + omega_4s_z * S_5_b) - t396
+    t404 = omega_4s_y * t122 + (v_4b_z * h_5t_x + (t143 + t388))
+    t408 = K_5t_32 + (t48 * 0.0089994712 - v_4b_z * 0.029825999999999995)
+    C_4_c_y = t396 + t408
+    t415 = omega_4s_x * t156 + (v_4r_y * 0.029825999999999995 - K_5_a)
+    C_4_c_z = v_4r_x * h_5t_x + (t415 - omega_4s_y * S_5_b)
     # link 4 (wrist_roll): change with its position
-    G_4_0 = -2.0 * t54
-    G_4_1 = t60 + (w_4_zz - w_4_xx)
+    G_4_0 = -2.0 * t53
+    G_4_1 = t58 + (w_4_zz - w_4_xx)
+    t435 = t48 * K_5t_32
     # link 5 (wrist_bend): Coriolis terms
     C_5_f_y = omega_5_z * 0.158886
     C_5_f_z = omega_5r_y * -0.158886
-    t464 = omega_5r_y * 0.0537322566 - omega_5_z * 2.1394799999999997e-05
-    C_5_n_x = t464 - K_6t_21
-    C_5_n_y = t63 * -0.0023
-    t469 = K_6t_12 + omega_5r_y * 0.0023
-    C_5_c_y = t63 * 0.0537322566 + 0.079443 * v_4r_y
-    t475 = t63 * 2.1394799999999997e-05 - 0.079443 * (s_5 * v_4r_x + c_5 * v_4b_z)
-    t476 = K_6_a + t475
+    t441 = omega_5r_y * 0.0537322566 - omega_5_z * 2.1394799999999997e-05
+    C_5_n_x = t441 - K_6t_21
+    C_5_n_y = t61 * -0.0023
+    t446 = K_6t_12 + omega_5r_y * 0.0023
+    C_5_c_y = t61 * 0.0537322566 + 0.079443 * v_4r_y
+    t452 = t61 * 2.1394799999999997e-05 - 0.079443 * (s_5 * v_4r_x + c_5 * v_4b_z)
     # link 5 (wrist_bend): change with its position
-    G_5_1 = t76 + (w_5_zz - w_5_xx)
-    t480 = F_5_y + 0.079443 * G_5_1
+    G_5_1 = t73 + (w_5_zz - w_5_xx)
+    t456 = F_5_y + 0.079443 * G_5_1
     # link 6 (hand): Coriolis terms
     C_6_n_x = omega_6r_y * 0.0002999999999999999
     C_6_n_y = omega_6r_x * -0.0002999999999999999
     # link 2 (shoulder_tilt): effort with joint 2
     y1_2_2_f_x = c_2 * C_2_f_x - s_2 * C_2_f_y
-    t492 = c_2 * C_2_n_y + (s_2 * C_2_n_x + 0.154 * y1_2_2_f_x)
-    yc_2_2_y = c_2 * C_2_c_y - s_2 * (omega_2s_y * t271 + (K_3t_12 + t339))
+    t467 = c_2 * C_2_n_y + (s_2 * C_2_n_x + 0.154 * y1_2_2_f_x)
+    t470 = c_2 * (t276 - t326 - omega_2s_x * t258) + s_2 * (omega_2s_y * t248 + (K_3t_12 + t316))
+    yc_2_2_y = -t470
     # link 3 (boom): effort with joint 3
-    y1_3_3_b_z = t386 + q_3 * C_3_f_y
+    y1_3_3_b_z = t366 + q_3 * C_3_f_y
     # link 2 (shoulder_tilt): effort with joint 3
-    t505 = s_2 * (t387 + 12.940000000000001 * (q_3 * t28)) - c_2 * (t337 - omega_3s_x * t249)
-    y1_2_3_b_z = t505 - 0.154 * (c_2 * C_3_f_y)
-    t509 = s_2 * t395
+    t479 = s_2 * (t367 + 12.940000000000001 * (q_3 * t28)) - c_2 * (t314 - omega_3s_x * t231)
+    t481 = 0.154 * (c_2 * C_3_f_y)
+    y1_2_3_b_z = t479 - t481
+    t484 = s_2 * t375
+    yc_2_3_y = -t484
     # link 4 (wrist_roll): effort with joint 4
-    t512 = t134 + 0.0203 * t192 - 0.0044997356
-    y1_4_4_f_x = s_4 * t404 - c_4 * t402
-    t518 = s_4 * t402 + c_4 * t404
-    y1_4_4_b_z = C_4_n_z - 0.0203 * t518
-    yc_4_4_y = s_4 * C_4_c_x + c_4 * C_4_c_y
+    t489 = t122 + 0.0203 * t175 - 0.0044997356
+    y1_4_4_f_x = s_4 * t384 - c_4 * t382
+    t495 = s_4 * t382 + c_4 * t384
+    t498 = s_4 * C_4_n_y - c_4 * C_4_n_x
+    t507 = s_4 * t404 - c_4 * C_4_c_y
     # link 3 (boom): effort with joint 4
-    y0_3_4_b_z = t186 - q_3 * t192
-    t538 = 0.0203 * C_4_f_z - c_4 * C_4_n_y - s_4 * C_4_n_x - q_3 * y1_4_4_f_x
-    y1_3_4_b_z = s_4 * C_4_n_y - c_4 * C_4_n_x - q_3 * t518
+    y0_3_4_b_z = t169 - q_3 * t175
+    t514 = 0.0203 * C_4_f_z - c_4 * C_4_n_y - s_4 * C_4_n_x - q_3 * y1_4_4_f_x
+    t515 = q_3 * t495
+    y1_3_4_b_z = t498 - t515
     # link 2 (shoulder_tilt): effort with joint 4
-    t550 = c_2 * y1_4_4_b_z + 0.154 * (c_2 * t518 - s_2 * C_4_f_z)
-    y1_2_4_b_z = s_2 * t538 + t550
-    t554 = c_2 * C_4_c_z - s_2 * yc_4_4_y
+    t524 = 0.154 * (c_2 * t495 - s_2 * C_4_f_z) - c_2 * (K_5_a + 0.0203 * t495)
+    y1_2_4_b_z = s_2 * t514 + t524
+    t529 = c_2 * C_4_c_z + s_2 * t507
+    yc_2_4_y = -t529
     # link 5 (wrist_bend): effort with joint 5
     y0_5_5_f_x = c_5 * 0.079443
     y0_5_5_n_y = c_5 * 1.0697399999999999e-05
-    t557 = s_5 * C_5_f_y
+    t533 = s_5 * C_5_f_y
     y1_5_5_f_y = c_5 * C_5_f_y
-    t561 = s_5 * C_5_n_y - c_5 * C_5_n_x
+    t537 = s_5 * C_5_n_y - c_5 * C_5_n_x
     y1_5_5_n_y = s_5 * C_5_n_x + c_5 * C_5_n_y
-    t569 = c_5 * t469 + s_5 * C_5_c_y
-    yc_5_5_y = c_5 * C_5_c_y - s_5 * t469
+    t545 = c_5 * t446 + s_5 * C_5_c_y
+    yc_5_5_y = c_5 * C_5_c_y - s_5 * t446
     # link 4 (wrist_roll): effort with joint 5
     y0_4_5_f_x = c_4 * y0_5_5_f_x
     y0_4_5_f_y = s_4 * y0_5_5_f_x
-    t578 = y0_5_5_n_y - 0.0203 * y0_4_5_f_y
-    y1_4_5_f_y = c_4 * C_5_f_z - s_4 * t557
-    t596 = c_4 * t476 + s_4 * t569
+    t554 = y0_5_5_n_y - 0.0203 * y0_4_5_f_y
+    y1_4_5_f_y = c_4 * C_5_f_z - s_4 * t533
+    t569 = c_4 * t452 + s_4 * t545
     # link 3 (boom): effort with joint 5
-    t601 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
-    y0_3_5_b_x = q_3 * y0_4_5_f_x + (s_4 * y0_5_5_n_x + t601)
+    t574 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
+    y0_3_5_b_x = q_3 * y0_4_5_f_x + (s_4 * y0_5_5_n_x + t574)
     y0_3_5_b_z = q_3 * y0_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * y0_5_5_n_x)
-    y1_3_5_b_x = 0.0203 * y1_5_5_f_y - s_4 * t561 - c_4 * K_6_a - q_3 * (s_4 * C_5_f_z + c_4 * t557)
-    y1_3_5_b_z = c_4 * t561 - s_4 * K_6_a + q_3 * y1_4_5_f_y
+    y1_3_5_b_x = 0.0203 * y1_5_5_f_y - s_4 * t537 - q_3 * (s_4 * C_5_f_z + c_4 * t533)
+    y1_3_5_b_z = c_4 * t537 + q_3 * y1_4_5_f_y
     # link 2 (shoulder_tilt): effort with joint 5
     y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
-    t622 = s_2 * y0_3_5_b_x + (c_2 * t578 + 0.154 * y0_2_5_f_x)
+    t594 = s_2 * y0_3_5_b_x + (c_2 * t554 + 0.154 * y0_2_5_f_x)
     y1_2_5_f_x = c_2 * y1_4_5_f_y - s_2 * y1_5_5_f_y
-    t630 = c_2 * (y1_5_5_n_y - 0.0203 * y1_4_5_f_y) + (s_2 * y1_3_5_b_x + 0.154 * y1_2_5_f_x)
-    t633 = s_2 * t596 - c_2 * yc_5_5_y
+    t602 = c_2 * (y1_5_5_n_y - 0.0203 * y1_4_5_f_y) + (s_2 * y1_3_5_b_x + 0.154 * y1_2_5_f_x)
+    t603 = s_2 * t569
+    t604 = c_2 * yc_5_5_y
+    yc_2_5_y = t604 - t603
     # link 6 (hand): effort with joint 6
     y1_6_6_n_x = c_6 * C_6_n_x - s_6 * C_6_n_y
     y1_6_6_n_y = c_6 * C_6_n_y + s_6 * C_6_n_x
@@ -7309,7 +7397,10 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     # link 4 (wrist_roll): effort with joint 6
     y0_4_6_n_x = c_4 * y0_5_6_n_x
     y0_4_6_n_y = s_4 * y0_5_6_n_x
-    t649 = s_4 * y1_6_6_n_y - c_4 * y1_5_6_n_x
+    t620 = s_4 * y1_6_6_n_y
+    t621 = c_4 * y1_5_6_n_x
+    t622 = t620 - t621
+    y1_4_6_n_x = t621 - t620
     y1_4_6_n_y = s_4 * y1_5_6_n_x + c_4 * y1_6_6_n_y
     # link 2 (shoulder_tilt): effort with joint 6
     y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
@@ -7320,457 +7411,1086 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     g_4r_x = s_4 * g_2r_x
     # link 5 (wrist_bend): gravity
     g_5r_x = c_5 * g_4r_x + s_5 * g_2r_y
-    t665 = c_2 * y0_5_6_n_y + s_2 * y0_4_6_n_y
-    t667 = qd_3 * 0.5
-    t669 = qd_6 * 0.5
-    t671 = qd_4 * 0.5
-    t673 = qd_2 * 0.5
-    t675 = qd_5 * 0.5
-    t684 = qd_1 * 0.5
-    t692 = v_2r_x * 6.470000000000001 - v_3b_x * 6.470000000000001
-    t696 = omega_2s_y * t249 + (omega_3s_z * t249 + (t692 - l_4t_y - t386))
-    t709 = s_4 * C_4_c_y - c_4 * C_4_c_x + (t91 * t192 + (t346 - omega_2s_x * t512))
-    t711 = t337 - omega_3s_x * t192
-    t734 = c_4 * t569 - s_4 * t476 - omega_2s_x * t578 - t91 * y0_4_5_f_y
-    t736 = v_2r_x * h_5t_x - (omega_2s_y * y0_3_5_b_x + t734)
-    t739 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
-    t745 = yc_5_5_y - v_4r_y * y0_5_5_f_x - omega_4s_y * y0_5_5_n_x
-    t746 = t49 * -0.051432256600000004 + t745
-    t763 = omega_2s_x * y0_5_6_n_y - (t649 + omega_2s_y * y0_4_6_n_y)
-    t765 = y1_5_6_n_y - omega_4s_y * y0_5_6_n_x
-    t768 = t63 * 0.0005999999999999998 - y1_6_6_n_y
+    t639 = c_2 * y0_5_6_n_y + s_2 * y0_4_6_n_y
+    t641 = qd_3 * 0.5
+    t643 = qd_6 * 0.5
+    t645 = qd_4 * 0.5
+    t647 = qd_2 * 0.5
+    t649 = qd_5 * 0.5
+    t656 = qd_1 * 0.5
+    t664 = l_4t_y + t366 - 6.470000000000001 * (v_2r_x - v_3b_x)
+    t676 = c_4 * t404 + (t326 + s_4 * C_4_c_y) - omega_2s_x * t489
+    t677 = t86 * t175 + t676
+    t679 = t314 - omega_3s_x * t175
+    t701 = c_4 * t545 - s_4 * t452 - omega_2s_x * t554 - t86 * y0_4_5_f_y
+    t703 = omega_2s_y * y0_3_5_b_x + (t701 - v_2r_x * h_5t_x)
+    t704 = -t703
+    t707 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t713 = v_4r_y * y0_5_5_f_x + (t48 * 0.051432256600000004 - yc_5_5_y)
+    t714 = omega_4s_y * y0_5_5_n_x + t713
+    t715 = -t714
+    t731 = omega_2s_x * y0_5_6_n_y - (t622 + omega_2s_y * y0_4_6_n_y)
+    t733 = y1_5_6_n_y - omega_4s_y * y0_5_6_n_x
+    t736 = t61 * 0.0005999999999999998 - y1_6_6_n_y
     # effort less bias force
-    t776 = t671 * t746 + (tau_5 - 0.079443 * g_5r_x - y1_6_6_n_y * t669)
-    t780 = t667 * t739 + (t776 + 0.5 * (qd_5 * K_6_a) - t633 * t684)
-    t781 = t673 * t736 + t780
-    t784 = t671 * t765 + (y1_2_6_n_y * t684 + (tau_6 + t675 * t768))
-    t785 = t673 * t763 + t784
+    t744 = tau_5 - 0.079443 * g_5r_x - y1_6_6_n_y * t643 - t645 * t714
+    t747 = t641 * t707 + (t744 - (t603 - t604) * t656) - t647 * t703
+    t750 = t645 * t733 + (y1_2_6_n_y * t656 + (tau_6 + t649 * t736))
+    t751 = t647 * t731 + t750
     # solve: L D L^T
-    t787 = t665 * 49.26108374384237
-    t788 = y0_4_6_n_x * 49.26108374384237
-    t790 = c_5 * 0.014778325123152707
-    t798 = t622 * 8.148888119704473
-    t799 = y0_3_5_b_z * 8.148888119704473
-    t801 = s_5 * -0.6473721188936825
-    t803 = c_5 * -8.717191577172662e-05
-    t814 = s_2 * S_2_12 + c_2 * t512 - 0.154 * (c_2 * t192) - t665 * t790
-    t815 = t814 - t622 * t803
-    t818 = y0_3_4_b_z + y0_4_6_n_x * t790 - y0_3_5_b_z * t803
-    t819 = t143 * t803
-    t822 = S_5t_23 * t803 + (t134 + c_5 * 0.0002999999999999999 * t790)
-    t826 = 1.0 / (t822 - 0.1104997356)
-    t827 = t815 * t826
-    t828 = t818 * t826
-    t829 = t819 * t826
-    t837 = s_2 * t249 + s_2 * 0.99638 - t622 * t801 - t815 * t829
-    t840 = t818 * t829 + (h_4t_y + y0_3_5_b_z * t801)
-    t845 = 1.0 / (t143 * t801 - t819 * t829 - 7.252000000000001)
-    t846 = t837 * t845
-    t847 = t840 * t845
-    t852 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t269 - s_2 * h_4t_y) * 0.154
-    t856 = t837 * t847 + (t622 * t799 + (t852 - t665 * t788) - t815 * t828)
-    t860 = y0_3_5_b_z * t799 + (y0_4_6_n_x * t788 + (t271 - S_2_22))
-    t865 = 1.0 / (t860 - t818 * t828 - t840 * t847 - 2.193)
-    t866 = t856 * t865
-    t872 = sc_2 * S_2_p + (t271 + (t243 - t249 * 0.154) - ss_2 * t300)
-    t876 = t622 * t798 + (t665 * t787 + (t872 - h_2b_y * 0.154))
-    t881 = t876 - t815 * t827 - t837 * t846 - t856 * t866 - 1.4339328644
-    t891 = tau_4 + 0.029825999999999995 * g_4r_x - t189 * g_2r_x
-    t895 = t667 * t711 + t891 - t554 * t684 - 0.5 * (qd_4 * C_4_n_z)
-    t898 = y1_5_5_n_y * t675 + (y1_5_6_n_y * t669 + t895) - t673 * t709
-    t900 = t898 - t785 * t790 - t781 * t803
-    t908 = tau_3 - c_2 * 63.47070000000001 - t509 * t684 - t673 * t696
-    t911 = y1_5_5_f_y * t675 + (t908 - 0.5 * (qd_4 * C_4_f_z))
-    t913 = t911 - t781 * t801 - t829 * t900
-    t918 = tau_2 - y1_3_3_b_z * t667 - y1_3_5_b_z * t675 - y1_3_4_b_z * t671
-    t922 = t918 - 0.5 * (qd_2 * C_2_n_z) - t269 * g_2r_x - t649 * t669
-    t925 = t785 * t788 + (yc_2_2_y * t684 + t922 - h_4t_y * g_2r_y)
-    t928 = t828 * t900 + (t925 - t781 * t799) - t847 * t913
-    t932 = y1_2_6_n_y * t669 + (tau_1 - y1_2_3_b_z * t667) - y1_2_4_b_z * t671
-    t936 = t630 * t675 + (t492 * t673 + t932) - 0.5 * (qd_1 * C_1_n_z)
-    t940 = t781 * t798 + (t785 * t787 + t936) - t827 * t900 - t846 * t913
-    t942 = 1.0 / t881
-    t943 = (t866 * t928 + t940) * t942
-    t950 = t865 * t928 + t866 * t943
-    t954 = t845 * t913 - t846 * t943 - t847 * t950
-    t960 = t828 * t950 + (t826 * t900 - t827 * t943) - t829 * t954
+    t753 = t639 * 49.26108374384237
+    t755 = t639 * -49.26108374384237
+    t756 = y0_4_6_n_x * 49.26108374384237
+    t757 = y0_4_6_n_x * -49.26108374384237
+    t759 = c_5 * 0.014778325123152707
+    t767 = t594 * 8.148888119704473
+    t769 = t594 * -8.148888119704473
+    t770 = y0_3_5_b_z * 8.148888119704473
+    t772 = s_5 * -0.6473721188936825
+    t774 = c_5 * -8.717191577172662e-05
+    t787 = s_2 * S_2_12 - t639 * t759 - t594 * t774 - c_2 * (t175 * 0.154 - t489)
+    t790 = y0_3_4_b_z + y0_4_6_n_x * t759 - y0_3_5_b_z * t774
+    t791 = t131 * t774
+    t794 = S_5t_23 * t774 + (t122 + c_5 * 0.0002999999999999999 * t759)
+    t798 = 1.0 / (t794 - 0.1104997356)
+    t799 = t787 * t798
+    t800 = t790 * t798
+    t801 = -t800
+    t802 = t791 * t798
+    t809 = t594 * t772 + t787 * t802 - s_2 * h_2b_y
+    t812 = t790 * t802 + (h_4t_y + y0_3_5_b_z * t772)
+    t817 = 1.0 / (t131 * t772 - t791 * t802 - 7.252000000000001)
+    t818 = t809 * t817
+    t819 = -t818
+    t820 = t812 * t817
+    t825 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t246 - s_2 * h_4t_y) * 0.154
+    t829 = t594 * t770 + (t825 - t639 * t756) - t787 * t800 - t809 * t820
+    t833 = y0_3_5_b_z * t770 + (y0_4_6_n_x * t756 + (t248 + t258))
+    t838 = 1.0 / (t833 - t790 * t800 - t812 * t820 - 2.193)
+    t839 = t829 * t838
+    t840 = -t839
+    t846 = t639 * t753 + (sc_2 * S_2_p + (t225 + t248 - ss_2 * t279))
+    t850 = t594 * t767 + t846 - t787 * t799 - t809 * t818 - t829 * t839
+    t865 = tau_4 + 0.029825999999999995 * g_4r_x - t172 * g_2r_x
+    t868 = y1_5_6_n_y * t643 + (t641 * t679 + t865 - t529 * t656)
+    t871 = y1_5_5_n_y * t649 + t868 - t647 * t677 - t751 * t759
+    t874 = t871 - t747 * t774 + 0.5 * (qd_4 * K_5_a)
+    t883 = t647 * t664 + (tau_3 - c_2 * 63.47070000000001 - t484 * t656)
+    t886 = y1_5_5_f_y * t649 + t883 - t747 * t772 - t802 * t874
+    t888 = t886 - 0.5 * (qd_4 * C_4_f_z)
+    t894 = tau_2 - y1_3_3_b_z * t641 - y1_3_5_b_z * t649 - y1_3_4_b_z * t645
+    t898 = t894 - t246 * g_2r_x - t622 * t643 - t470 * t656 - h_4t_y * g_2r_y
+    t902 = t800 * t874 + (t751 * t756 + t898 - t747 * t770) - t820 * t888
+    t904 = t902 - 0.5 * (qd_2 * C_2_n_z)
+    t909 = y1_2_6_n_y * t643 + (tau_1 - y1_2_3_b_z * t641) - y1_2_4_b_z * t645
+    t913 = t747 * t767 + (t751 * t753 + (t602 * t649 + (t467 * t647 + t909)))
+    t918 = t839 * t904 + (t818 * t888 + (t913 - t799 * t874)) - 0.5 * (qd_1 * (t304 - t297))
+    t919 = 1.0 / (t850 - 0.154 * (t231 + h_2b_y) - 1.4339328644)
+    t920 = t918 * t919
+    t927 = t838 * t904 + t839 * t920
+    t931 = t817 * t888 + t818 * t920 - t820 * t927
+    t937 = t800 * t927 + (t798 * t874 - t799 * t920) - t802 * t931
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    t968 = c_2 * t943
-    t969 = s_2 * t943
+    t945 = c_2 * t920
+    t946 = s_2 * t920
     # link 2 (shoulder_tilt): acceleration of its joint
-    t970 = 0.154 * t943
+    t947 = 0.154 * t920
     # link 2 (shoulder_tilt): acceleration
-    t974 = s_2 * 9.81 - c_2 * t970
-    t977 = s_2 * t970 + c_2 * 9.81
+    t951 = s_2 * 9.81 - c_2 * t947
+    t954 = s_2 * t947 + c_2 * 9.81
     # link 2 (shoulder_tilt): angular acceleration
-    t978 = t31 + t968
+    t955 = t31 + t945
     # link 2 (shoulder_tilt): acceleration field U
-    t979 = w_2_xy + t950
-    t980 = t31 + t978
-    t982 = qd_2 * t29 * 2.0 - t969
+    t956 = w_2_xy + t927
+    t957 = t31 + t955
+    t960 = t946 - 2.0 * (qd_2 * t29)
     # link 3 (boom): acceleration of its joint
-    t984 = q_3 * t982
+    t962 = q_3 * t960
     # link 3 (boom): acceleration of its frame
-    t987 = qd_3 * omega_2s_x + w_1_zz * 0.154 - t984
-    t989 = qd_3 * omega_2s_z - t974 - q_3 * t979
-    t991 = q_3 * t35 + t954 - t977
+    t965 = t962 + (qd_3 * omega_2s_x + w_1_zz * 0.154)
+    t967 = qd_3 * omega_2s_z - t951 - q_3 * t956
+    t968 = q_3 * t34 + t931
+    t969 = t954 - t968
     # link 3 (boom): acceleration field U
-    t992 = t31 - t978
+    t970 = t31 - t955
     # link 4 (wrist_roll): acceleration field U along the axis
-    t995 = s_4 * t979 + c_4 * t982
-    t998 = c_4 * t979 - s_4 * t982
+    t973 = s_4 * t956 - c_4 * t960
+    t976 = c_4 * t956 + s_4 * t960
     # link 4 (wrist_roll): acceleration of its joint
-    t1000 = t987 + 0.0203 * U_3_xx
-    t1002 = t989 + 0.0203 * t992
-    t1004 = t991 + 0.0203 * t969
+    t978 = t965 + 0.0203 * U_3_xx
+    t980 = t967 + 0.0203 * t970
+    t982 = 0.0203 * t946 - t969
     # link 4 (wrist_roll): acceleration
-    t1007 = s_4 * t1002 + c_4 * t1000
-    t1010 = c_4 * t1002 - s_4 * t1000
+    t985 = s_4 * t980 + c_4 * t978
+    t988 = c_4 * t980 - s_4 * t978
     # link 4 (wrist_roll): angular acceleration
-    t1011 = t55 - t995
-    t1012 = t960 + t978
+    t989 = t54 - t973
     # link 4 (wrist_roll): acceleration field U
-    t1013 = t54 - t1012
-    t1014 = t55 + t1011
-    t1016 = t998 + 2.0 * w_4_yz
+    t991 = t53 - t937 - t955
+    t992 = t54 + t989
+    t995 = t976 + 2.0 * (omega_4r_y * omega_4_z)
     # link 5 (wrist_bend): acceleration field U along the axis
-    t1019 = s_5 * t1016 + c_5 * t1013
-    t1022 = c_5 * t1016 - s_5 * t1013
+    t998 = s_5 * t995 + c_5 * t991
+    t1001 = c_5 * t995 - s_5 * t991
     # link 5 (wrist_bend): angular acceleration
-    t1029 = t69 - t1019
-    t1031 = t799 * t950 + (t781 * 8.148888119704473 - t798 * t943)
-    t1034 = t1011 + (t803 * t960 + (t801 * t954 + t1031))
+    t1008 = t67 - t998
+    t1010 = t770 * t927 + (t747 * 8.148888119704473 - t767 * t920)
+    t1013 = t989 + (t774 * t937 + (t772 * t931 + t1010))
     # link 5 (wrist_bend): acceleration field U
-    t1035 = t68 + t1034
-    t1036 = t69 + t1029
-    t1038 = t1022 + 2.0 * w_5_yz
+    t1014 = t66 + t1013
+    t1015 = t67 + t1008
+    t1018 = t1001 + 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    t1039 = 0.079443 * t1035
+    t1019 = 0.079443 * t1014
     # link 6 (hand): angular acceleration
-    t1045 = t785 * 49.26108374384237 - t787 * t943 - t788 * t950
+    t1025 = t751 * 49.26108374384237 - t753 * t920 - t756 * t927
     # link 6 (hand): acceleration field U
-    t1050 = s_6 * t1038 + 2.0 * w_6_xz - c_6 * t1035
+    t1031 = s_6 * t1018 - c_6 * t1014 + 2.0 * (omega_6r_x * omega_6_z)
+    t1035 = c_6 * t1018 + s_6 * t1014 + 2.0 * (omega_6r_y * omega_6_z)
     # link 6 (hand): Euler, inertial moment
-    t1055 = (s_6 * t1035 + (c_6 * t1038 + 2.0 * w_6_yz)) * 0.00014999999999999996
-    t1057 = t1050 * -0.00014999999999999996
+    t1037 = t1035 * 0.00014999999999999996
+    t1039 = t1031 * -0.00014999999999999996
     # link 5 (wrist_bend): moment from link 4
-    t1066 = t76 * 1.0697399999999999e-05 - 0.079443 * t1010 + 0.0268661283 * t1038
-    t1068 = c_6 * t1055 + (t1066 - s_6 * t1057)
-    t1073 = 0.0002999999999999999 * (t790 * t960 + t1045 - t1029)
-    t1074 = 1.0697399999999999e-05 * t1035 - t1036 * 0.0013 - t1073
+    t1048 = t73 * 1.0697399999999999e-05 - 0.079443 * t988 + 0.0268661283 * t1018
+    t1050 = c_6 * t1037 + (t1048 - s_6 * t1039)
+    t1055 = 0.0002999999999999999 * (t759 * t937 + t1025 - t1008)
+    t1056 = 1.0697399999999999e-05 * t1014 - t1015 * 0.0013 - t1055
     # link 4 (wrist_roll): force from link 3
-    t1083 = s_5 * F_5_y + 0.029825999999999995 * t1013 - c_5 * t1039
-    t1086 = t59 * 0.029825999999999995 + 0.079443 * t1038
-    t1089 = s_5 * t1039 + (c_5 * F_5_y - 0.029825999999999995 * t1016)
+    t1065 = s_5 * F_5_y + 0.029825999999999995 * t991 - c_5 * t1019
+    t1068 = t57 * 0.029825999999999995 + 0.079443 * t1018
+    t1071 = s_5 * t1019 + (c_5 * F_5_y - 0.029825999999999995 * t995)
     # link 4 (wrist_roll): moment from link 3
-    t1095 = t60 * 5.36544e-05 + 0.029825999999999995 * t1004 - t1016 * 0.0043497356
-    t1097 = s_5 * t1074 + t1095 - c_5 * t1068
-    t1103 = t68 * 0.0281661283 - 5.36544e-05 * t1013 - 1.0697399999999999e-05 * t1019
-    t1108 = t1103 + 0.079443 * (s_5 * t1004 + c_5 * t1007) + t1034 * 0.0255661283
-    t1110 = s_6 * t1055 + (c_6 * t1057 + t1108)
+    t1077 = t58 * 5.36544e-05 + 0.029825999999999995 * t982 - t995 * 0.0043497356
+    t1079 = s_5 * t1056 + t1077 - c_5 * t1050
+    t1085 = t66 * 0.0281661283 - 5.36544e-05 * t991 - 1.0697399999999999e-05 * t998
+    t1090 = t1085 + 0.079443 * (s_5 * t982 + c_5 * t985) + t1013 * 0.0255661283
+    t1092 = s_6 * t1037 + (c_6 * t1039 + t1090)
     # link 4 (wrist_roll): force, before its turn
-    t1115 = s_4 * t1083 + c_4 * t1086
+    t1097 = s_4 * t1065 + c_4 * t1068
     # link 3 (boom): force from link 2
-    t1120 = U_3_xx * 0.13134099999999999 + 2.7499110000000004 * t982
-    t1124 = s_4 * t1086 + (t1120 + 6.470000000000001 * t987 - c_4 * t1083)
-    t1127 = 2.7499110000000004 * t979 + 6.470000000000001 * t989
-    t1130 = t1127 + 0.13134099999999999 * t992 - t1115
+    t1102 = U_3_xx * 0.13134099999999999 - 2.7499110000000004 * t960
+    t1106 = s_4 * t1068 + (t1102 + 6.470000000000001 * t965 - c_4 * t1065)
+    t1109 = 2.7499110000000004 * t956 + 6.470000000000001 * t967
+    t1112 = t1109 + 0.13134099999999999 * t970 - t1097
     # link 2 (shoulder_tilt): change with its position
-    t1135 = h_4t_y * G_2_0 + t35 * 2.7499110000000004 - t269 * G_2_1
-    t1140 = t28 * t237 + t1135 - 0.13134099999999999 * t969 - 6.470000000000001 * t977
-    t1144 = t1140 - 6.470000000000001 * t991 - t1089 - t249 * t969
-    t1148 = t249 * t968 + t974 * -6.470000000000001
-    t1151 = t1130 + (h_4t_y * G_2_1 + (t269 * G_2_0 + t29 * t237))
-    t1153 = h_4t_y * t982
-    t1160 = S_2_23 * G_2_0 + (t29 * (t254 + t294) + t54 * 0.0043497356)
-    t1164 = S_3_12 * G_2_1 + t1160 - t28 * t290 + 0.055823193300000004 * t979
-    t1169 = t1164 - t980 * 0.007999999999999896 + 0.13134099999999999 * t989
-    t1173 = t1169 + 5.36544e-05 * t995 - 0.029825999999999995 * t1007
-    t1177 = t1173 - t1012 * 0.0043497356 - c_5 * t1074 - s_5 * t1068
-    t1181 = S_2_22 * t980 + (t1177 - 0.0203 * t1115 - t249 * t974)
-    t1189 = t28 * (K_4t_22 - t254) + t36 * 0.055823193300000004
-    t1192 = S_2_23 * G_2_1 + (t29 * t262 + t1189 - S_3_12 * G_2_0)
-    t1197 = t1192 - t982 * 4.287553293700001 - 2.7499110000000004 * t987
-    t1201 = t1197 + 0.13134099999999999 * t991 + 0.0203 * t1089
-    t1204 = q_3 * t1124 + (c_4 * t1110 + (t1201 - s_4 * t1097))
-    t1208 = t243 * t969 + (t1204 - t249 * t977 - S_2_12 * t980 - t271 * t982)
+    t1117 = h_4t_y * G_2_0 + t34 * 2.7499110000000004 - t246 * G_2_1
+    t1121 = t28 * t219 + t1117 - 6.470000000000001 * t968 - t1071
+    t1125 = 6.470000000000001 * t951 - t231 * t945
+    t1128 = t1112 + (h_4t_y * G_2_1 + (t246 * G_2_0 + t29 * t219))
+    t1130 = h_4t_y * t960
+    t1138 = S_3_12 * G_2_1 + (t29 * (t236 - t273) + S_2_23 * G_2_0)
+    t1143 = t1138 - t28 * t268 + 0.055823193300000004 * t956 + 0.13134099999999999 * t967
+    t1147 = t1143 + 5.36544e-05 * t973 - 0.029825999999999995 * t985
+    t1151 = t1147 + t991 * 0.0043497356 - c_5 * t1056 - s_5 * t1050
+    t1155 = S_2_12 * t960 + (t1151 - 0.0203 * t1097 - t231 * t951)
+    t1157 = t1155 - t225 * t945 - t957 * (t258 + 0.007999999999999896)
+    t1165 = t28 * (K_4t_22 - t236) + t35 * 0.055823193300000004
+    t1168 = S_2_23 * G_2_1 + (t29 * t240 + t1165 - S_3_12 * G_2_0)
+    t1172 = t1168 - 2.7499110000000004 * t965 - 0.13134099999999999 * t969
+    t1176 = c_4 * t1092 + (t1172 + 0.0203 * t1071 - s_4 * t1079)
+    t1180 = t225 * t946 + (q_3 * t1106 + t1176 - t231 * t954 - S_2_12 * t957)
     # link 3 (boom): change with its position
-    t1213 = t979 * -6.470000000000001
+    t1187 = t956 * -6.470000000000001
     # link 4 (wrist_roll): change with its position
-    t1222 = h_5t_x * G_4_0 + 0.029825999999999995 * G_4_1 - t49 * l_5t_y
-    t1224 = h_5t_y * t998 + (t1086 + t1222)
-    t1228 = h_5t_x * G_4_1 + (omega_4r_y * l_5t_y + t54 * 0.05965199999999999)
-    t1230 = t1228 - t1083 - h_5t_y * t995
-    t1235 = t1014 * -0.029825999999999995 + (t49 * l_5t_x - h_5t_x * t1016)
-    t1241 = t172 * G_4_0 + (t49 * K_5t_31 - omega_4r_y * t160 - S_5_b * G_4_1)
-    t1245 = h_5t_y * t1007 + (t1110 + (t1241 - 0.0044997356 * t1014))
-    t1247 = S_5t_22 * t995 + t1245 - S_5t_13 * t1016
-    t1253 = omega_4r_y * K_5t_13 + (t49 * K_6_a + t172 * G_4_1)
-    t1257 = S_5t_22 * t998 + (t1097 + (S_5_b * G_4_0 + t1253) - t134 * t1016)
-    t1259 = h_5t_y * t1010 + (S_5t_13 * t1014 + t1257)
-    t1266 = t177 * G_4_1 - t54 * S_5t_13 * 4.0 - omega_4r_y * K_5t_12
-    t1269 = S_5_b * t995 + (t1266 + 0.029825999999999995 * t1010)
+    t1196 = h_5t_x * G_4_0 + 0.029825999999999995 * G_4_1 - t48 * l_5t_y
+    t1198 = h_5t_y * t976 + (t1068 + t1196)
+    t1202 = h_5t_x * G_4_1 + (omega_4r_y * l_5t_y + t53 * 0.05965199999999999)
+    t1204 = t1202 - t1065 - h_5t_y * t973
+    t1208 = t48 * l_5t_x - 0.029825999999999995 * t992 - h_5t_x * t995
+    t1214 = t156 * G_4_0 + (t48 * K_5t_31 - omega_4r_y * K_5_a - S_5_b * G_4_1)
+    t1218 = h_5t_y * t985 + (t1092 + (t1214 - 0.0044997356 * t992))
+    t1220 = S_5t_22 * t973 + t1218 - S_5t_13 * t995
+    t1226 = S_5_b * G_4_0 + (t156 * G_4_1 + omega_4r_y * K_5t_13)
+    t1230 = S_5t_13 * t992 + (S_5t_22 * t976 + (t1079 + t1226 - t122 * t995))
+    t1231 = h_5t_y * t988 + t1230
+    t1238 = t160 * G_4_1 + omega_4r_y * t143 + 0.029825999999999995 * t988
+    t1241 = t156 * t976 + (h_5t_x * t985 + (S_5_b * t973 + t1238))
+    t1244 = t1241 - t53 * S_5t_13 * 4.0
     # link 5 (wrist_bend): change with its position
-    t1273 = t68 * 0.158886 - t1039
-    t1274 = -0.079443 * t1036
-    t1278 = omega_5r_y * K_6_a + t68 * 2.1394799999999997e-05 - t1019 * 0.00014999999999999996
-    t1281 = t1278 + 0.0268661283 * t1036 - t1074
-    t1284 = 1.0697399999999999e-05 * G_5_1 + t1022 * 0.00014999999999999996
-    t1287 = t1284 - 0.00115 * t1038 - t1068
-    t1293 = omega_5r_y * K_6t_12 + G_5_1 * 0.0280161283 + 0.079443 * (s_5 * t1007 - c_5 * t1004)
-    t1294 = 1.0697399999999999e-05 * t1022 + t1293
-    # link 6 (hand): change with its position
-    t1296 = t1057 + t1050 * 0.00014999999999999996
+    t1246 = t66 * 0.158886 - t1019
+    t1247 = -0.079443 * t1015
+    t1250 = t66 * 2.1394799999999997e-05 - t998 * 0.00014999999999999996
+    t1253 = t1250 + 0.0268661283 * t1015 - t1056
+    t1256 = 1.0697399999999999e-05 * G_5_1 + t1001 * 0.00014999999999999996
+    t1259 = t1256 - 0.00115 * t1018 - t1050
+    t1263 = omega_5r_y * K_6t_12 + 0.0280161283 * G_5_1 + 1.0697399999999999e-05 * t1001
+    t1265 = t1263 + 0.079443 * (s_5 * t985 - c_5 * t982)
+    # link 2 (shoulder_tilt): effort with joint 2
+    t1268 = c_2 * (t1121 - t175 * t946) - s_2 * (t1125 + t1128)
+    t1272 = c_2 * (t960 * (t248 + 4.287553293700001) + t1180) + 0.154 * t1268
     # link 3 (boom): effort with joint 3
-    t1305 = t35 * t249 + 6.470000000000001 * t984 - t1124 - t251 * t982
+    t1277 = t233 * t960 + (t34 * t231 - 6.470000000000001 * t962 - t1106)
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1285 = 0.154 * (c_2 * t1187 - 6.470000000000001 * (s_2 * t34))
+    t1287 = c_2 * (t1130 - t231 * t956) + (t1285 - s_2 * t1277)
     # link 4 (wrist_roll): effort with joint 4
-    t1317 = s_4 * t1224 + c_4 * t1230
-    t1322 = t49 * K_5t_32 - (t172 * t998 + (h_5t_x * t1007 + t1269))
+    t1293 = s_4 * t1198 + c_4 * t1204
     # link 3 (boom): effort with joint 4
-    t1329 = q_3 * (c_4 * t1224 - s_4 * t1230) + (0.0203 * t1235 - s_4 * t1247 - c_4 * t1259)
+    t1305 = q_3 * (c_4 * t1198 - s_4 * t1204) + (0.0203 * t1208 - s_4 * t1220 - c_4 * t1231)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1313 = 0.154 * (c_2 * t1293 - s_2 * t1208) - c_2 * (t435 - t1244 + 0.0203 * t1293)
     # link 5 (wrist_bend): effort with joint 5
-    t1337 = c_5 * t480 - s_5 * t1273
-    t1339 = s_5 * t480 + c_5 * t1273
-    t1342 = s_5 * t1287 + c_5 * t1281
-    t1345 = s_5 * t1281 - c_5 * t1287
+    t1316 = c_5 * t456 - s_5 * t1246
+    t1318 = s_5 * t456 + c_5 * t1246
+    t1322 = s_5 * t1259 + c_5 * t1253
+    t1325 = s_5 * t1253 - c_5 * t1259
     # link 4 (wrist_roll): effort with joint 5
-    t1351 = c_4 * t1274 - s_4 * t1337
+    t1331 = c_4 * t1247 - s_4 * t1316
     # link 3 (boom): effort with joint 5
-    t1362 = q_3 * (s_4 * t1274 + c_4 * t1337) + (c_4 * t1294 + (0.0203 * t1339 - s_4 * t1342))
-    # link 6 (hand): effort with joint 6
-    t1369 = c_6 * t1296
-    t1370 = s_6 * t1296
-    # link 5 (wrist_bend): effort with joint 6
-    t1371 = c_5 * t1369
-    t1372 = s_5 * t1369
+    t1342 = q_3 * (s_4 * t1247 + c_4 * t1316) + (c_4 * t1265 + (0.0203 * t1318 - s_4 * t1322))
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1350 = c_2 * (t1325 - 0.0203 * t1331) + 0.154 * (c_2 * t1331 + s_2 * t1318)
     # derivative of effort
-    t1396 = t28 * yc_5_5_y + (t332 * y0_4_5_f_x - w_1_zz * y0_3_5_b_z)
-    t1399 = t29 * t596 + t1396 - y0_4_5_f_y * t977 - t578 * t969
-    t1401 = h_5t_x * t974 + (y0_3_5_b_x * t968 + t1399)
-    t1403 = t28 * y1_5_6_n_y + (w_1_zz * y0_4_6_n_x - t29 * y1_4_6_n_y)
-    t1405 = y0_4_6_n_y * t968 + t1403 - y0_5_6_n_y * t969
+    t1370 = t279 * G_2_1 + t28 * t276 - t29 * K_3t_12 - h_4t_y * t951
+    t1373 = t246 * t954 + t1370 - S_3_12 * t945 - S_2_23 * t946
+    t1380 = t28 * C_4_c_z + (h_4t_y * t309 + (w_1_zz * y0_3_4_b_z - t29 * t507))
+    t1385 = w_1_zz * y0_3_5_b_z - t309 * y0_4_5_f_x - t28 * yc_5_5_y
+    t1388 = t554 * t946 + (y0_4_5_f_y * t954 + (t1385 - t29 * t569))
+    t1390 = t1388 - y0_3_5_b_x * t945 - h_5t_x * t951
+    t1392 = t29 * y1_4_6_n_y - w_1_zz * y0_4_6_n_x - t28 * y1_5_6_n_y
+    t1394 = y0_5_6_n_y * t946 + (t1392 - y0_4_6_n_y * t945)
+    t1397 = q_3 * t1187 + (t233 * t956 + (t34 * h_4t_y + t1112))
+    t1402 = y0_4_5_f_y * t956 - t34 * h_5t_x - y0_4_5_f_x * t960
+    t1408 = omega_4r_y * t545 + (t48 * t452 - t34 * y0_5_5_n_y)
+    t1409 = t1408 - h_5t_x * (omega_4r_y * v_4r_y - t48 * v_4r_x)
+    t1411 = y0_5_5_f_x * (t48 * v_4b_z - t988) + (0.025716128300000002 * t976 + t1409)
+    t1412 = y0_5_5_n_x * t973 + t1411
+    t1414 = y0_5_6_n_x * t973 - t48 * y1_6_6_n_y - t34 * y0_5_6_n_y
+    t1415 = t1414 - omega_4r_y * y1_5_6_n_x
+    t1419 = -0.0002999999999999999 * t1001 - omega_5r_y * y1_6_6_n_x
+    t1426 = -y1_6_6_n_y
     # solve: L D L^T
-    t1414 = h_4t_y * t332 + (w_1_zz * y0_3_4_b_z + t29 * yc_4_4_y)
-    t1417 = t512 * t969 + (t28 * C_4_c_z + t1414) - t192 * t977
-    t1420 = t803 * t1401 + (t790 * t1405 + (t1417 - S_2_12 * t968))
-    t1426 = t829 * t1420 + (t29 * t395 + w_1_zz * h_4t_y - t801 * t1401)
-    t1427 = t1148 + t1426
-    t1433 = t300 * G_2_1 - t28 * t297 + w_2_xy * S_2_12 * 4.0 - t29 * K_3t_12
-    t1436 = t269 * t977 + (t1433 - h_4t_y * t974) - S_3_12 * t968
-    t1439 = t799 * t1401 + (t1436 - S_2_23 * t969 - t788 * t1405)
-    t1441 = t847 * t1427 + (t828 * t1420 + t1439)
-    t1444 = c_2 * t1208 + 0.154 * (c_2 * t1144 - s_2 * (t1151 - t1148))
-    t1445 = s_2 * (t1181 - S_2_12 * t982 - t243 * t968) + t1444
-    t1449 = t846 * t1427 + (t1445 - t787 * t1405 - t798 * t1401 - t827 * t1420)
-    t1451 = t942 * (t866 * t1441 + t1449)
-    t1459 = t865 * t1441 + t866 * t1451
-    t1464 = t847 * t1459 + (t845 * t1427 + t846 * t1451)
-    t1470 = t829 * t1464 + (t828 * t1459 + (t826 * t1420 - t827 * t1451))
-    t1477 = t799 * t1459 - 8.148888119704473 * t1401 - t798 * t1451
-    t1484 = t790 * t1470 - 49.26108374384237 * t1405 - t787 * t1451
-    # derivative of effort
-    t1487 = t35 * h_5t_x - y0_4_5_f_x * t982 - y0_4_5_f_y * t979
-    # solve: L D L^T
-    t1493 = t1153 + t192 * t979 - t803 * t1487
-    t1499 = t829 * t1493 + (t801 * t1487 + t35 * 6.470000000000001)
-    t1504 = q_3 * t1213 + (t251 * t979 + (t35 * h_4t_y + t1130))
-    t1507 = t847 * t1499 + (t828 * t1493 + (t1504 - t799 * t1487))
-    t1509 = 0.154 * (6.470000000000001 * (s_2 * t35) - c_2 * t1213)
-    t1511 = c_2 * (t1153 + t249 * t979) + (s_2 * t1305 + t1509)
-    t1514 = t846 * t1499 + (t798 * t1487 + t1511 - t827 * t1493)
-    t1516 = t942 * (t866 * t1507 + t1514)
-    t1522 = t865 * t1507 + t866 * t1516
-    t1526 = t847 * t1522 + (t845 * t1499 + t846 * t1516)
-    t1533 = t829 * t1526 + (t828 * t1522 + (t826 * t1493 - t827 * t1516))
-    t1539 = t798 * t1516 - 8.148888119704473 * t1487 - t799 * t1522
-    # derivative of effort
-    t1549 = h_5t_x * (omega_4r_y * v_4r_y - t49 * v_4r_x) + (t35 * y0_5_5_n_y - t49 * t476 - omega_4r_y * t569)
-    t1552 = t1549 - 0.025716128300000002 * t998 - y0_5_5_f_x * (t49 * v_4b_z - t1010)
-    t1553 = t1552 - y0_5_5_n_x * t995
-    t1555 = omega_4r_y * y1_5_6_n_x + (t49 * y1_6_6_n_y + t35 * y0_5_6_n_y)
-    t1556 = t1555 - y0_5_6_n_x * t995
-    # solve: L D L^T
-    t1565 = t1322 - t790 * t1556 - t803 * t1553
-    t1570 = t829 * t1565 + (t1235 + t801 * t1553)
-    t1575 = s_4 * t1259 - c_4 * t1247 - q_3 * t1317 - t788 * t1556
-    t1578 = t799 * t1553 + t1575 - t828 * t1565 - t847 * t1570
-    t1581 = 0.154 * (c_2 * t1317 - s_2 * t1235) - c_2 * (t1322 + 0.0203 * t1317)
-    t1585 = t827 * t1565 + (s_2 * t1329 + t1581 - t787 * t1556 - t798 * t1553)
-    t1588 = t942 * (t866 * t1578 + (t1585 - t846 * t1570))
-    t1596 = t865 * t1578 + t866 * t1588
-    t1599 = t847 * t1596
-    t1600 = t845 * t1570 - t846 * t1588
-    t1601 = t1600 - t1599
-    t1608 = t829 * t1601 + (t826 * t1565 + t827 * t1588 - t828 * t1596)
-    t1614 = t799 * t1596 - 8.148888119704473 * t1553 - t798 * t1588
-    t1621 = t788 * t1596 + (49.26108374384237 * t1556 + t787 * t1588)
-    # derivative of effort
-    t1625 = omega_5r_y * y1_6_6_n_x + 0.0002999999999999999 * t1022
-    # solve: L D L^T
-    t1634 = t1345 + t790 * t1625 - t803 * t1294
-    t1639 = t829 * t1634 + (t1339 + t801 * t1294)
-    t1644 = c_4 * t1342 + s_4 * t1294 - q_3 * t1351 - t788 * t1625
-    t1647 = t847 * t1639 + (t828 * t1634 + (t1644 - t799 * t1294))
-    t1650 = c_2 * (t1345 - 0.0203 * t1351) + 0.154 * (c_2 * t1351 + s_2 * t1339)
-    t1653 = t798 * t1294 + (t1650 - s_2 * t1362 - t787 * t1625)
-    t1656 = t866 * t1647 + (t846 * t1639 + (t1653 - t827 * t1634))
-    t1657 = t942 * t1656
-    t1665 = t865 * t1647 + t866 * t1657
-    t1670 = t847 * t1665 + (t845 * t1639 + t846 * t1657)
-    t1676 = t829 * t1670 + (t828 * t1665 + (t826 * t1634 - t827 * t1657))
-    t1683 = t799 * t1665 + (8.148888119704473 * t1294 - t798 * t1657)
-    t1690 = t790 * t1676 - 49.26108374384237 * t1625 - t787 * t1657
-    t1696 = t1372 + t803 * t1370
-    t1700 = t801 * t1370 - t829 * t1696
-    t1705 = t828 * t1696 + (t799 * t1370 + (c_4 * t1371 - s_4 * t1370))
-    t1706 = t1705 - t847 * t1700
-    t1709 = c_2 * t1372 + s_2 * (s_4 * t1371 + c_4 * t1370) - t798 * t1370
-    t1712 = t866 * t1706 + (t1709 - t827 * t1696 - t846 * t1700)
-    t1713 = t942 * t1712
-    t1719 = t865 * t1706 + t866 * t1713
-    t1723 = t845 * t1700 - t846 * t1713 - t847 * t1719
-    t1729 = t828 * t1719 + (t826 * t1696 - t827 * t1713) - t829 * t1723
-    t1735 = 8.148888119704473 * t1370 + t798 * t1713 - t799 * t1719
-    t1751 = t554 + y1_2_6_n_y * t790 - t633 * t803
-    t1756 = t509 - t633 * t801 - t829 * t1751
-    t1761 = t633 * t799 + (yc_2_2_y + y1_2_6_n_y * t788) - t828 * t1751
-    t1762 = t847 * t1756 + t1761
-    t1766 = t633 * t798 + (C_1_n_z - y1_2_6_n_y * t787) - t827 * t1751
-    t1769 = t942 * (t1766 - t846 * t1756 - t866 * t1762)
-    t1770 = t865 * t1762
-    t1775 = t866 * t1769
-    t1776 = t1770 - t1775
-    t1781 = t847 * t1776 + (t845 * t1756 - t846 * t1769)
-    t1787 = t826 * t1751 - t827 * t1769 - t828 * t1776 - t829 * t1781
-    t1793 = t799 * t1776 + (t798 * t1769 - t633 * 8.148888119704473)
-    t1800 = y1_2_6_n_y * 49.26108374384237 + t787 * t1769 - t788 * t1776
-    t1810 = t736 * t803 + (t709 + t763 * t790)
-    t1815 = t696 + t736 * t801 - t829 * t1810
-    t1820 = t828 * t1810 + (t736 * t799 + (C_2_n_z - t763 * t788))
-    t1821 = t1820 - t847 * t1815
-    t1825 = t827 * t1810 + (t736 * t798 + (t492 + t763 * t787))
-    t1828 = t942 * (t846 * t1815 + t1825 - t866 * t1821)
-    t1836 = t865 * t1821 - t866 * t1828
-    t1840 = t845 * t1815 + t846 * t1828 - t847 * t1836
-    t1846 = t828 * t1836 + (t826 * t1810 + t827 * t1828) - t829 * t1840
-    t1852 = t736 * 8.148888119704473 - t798 * t1828 - t799 * t1836
-    t1859 = t788 * t1836 + (t763 * 49.26108374384237 - t787 * t1828)
-    t1865 = t711 - t739 * t803
-    t1869 = t739 * t801 + t829 * t1865
-    t1874 = y1_3_3_b_z + t739 * t799 - t828 * t1865 - t847 * t1869
-    t1878 = t827 * t1865 + (y1_2_3_b_z - t739 * t798) - t846 * t1869
-    t1880 = t942 * (t866 * t1874 + t1878)
-    t1886 = t865 * t1874 + t866 * t1880
-    t1890 = t845 * t1869 - t846 * t1880 - t847 * t1886
-    t1896 = t829 * t1890 + (t826 * t1865 + t827 * t1880 - t828 * t1886)
-    t1903 = t739 * 8.148888119704473 + t798 * t1880 - t799 * t1886
-    t1919 = t746 * t803 + (C_4_n_z + t765 * t790)
-    t1924 = C_4_f_z + t746 * t801 - t829 * t1919
-    t1929 = t828 * t1919 + (t746 * t799 + (y1_3_4_b_z - t765 * t788))
-    t1930 = t1929 - t847 * t1924
-    t1934 = y1_2_4_b_z - t765 * t787 - t746 * t798 - t827 * t1919
-    t1937 = t942 * (t866 * t1930 + (t1934 - t846 * t1924))
-    t1944 = t865 * t1930 + t866 * t1937
-    t1948 = t845 * t1924 - t846 * t1937 - t847 * t1944
-    t1954 = t828 * t1944 + (t826 * t1919 - t827 * t1937) - t829 * t1948
-    t1960 = t746 * 8.148888119704473 + t798 * t1937 - t799 * t1944
-    t1967 = t788 * t1944 + (t765 * 49.26108374384237 + t787 * t1937)
-    t1977 = y1_5_5_n_y - t768 * t790 - K_6_a * t803
-    t1982 = y1_5_5_f_y - K_6_a * t801 - t829 * t1977
-    t1987 = K_6_a * t799 + (y1_3_5_b_z - t768 * t788) - t828 * t1977
-    t1988 = t847 * t1982 + t1987
-    t1993 = K_6_a * t798 + (t630 + t768 * t787) - t827 * t1977 - t846 * t1982
-    t1995 = t942 * (t1993 - t866 * t1988)
-    t2003 = t865 * t1988 - t866 * t1995
-    t2007 = t847 * t2003 + (t845 * t1982 - t846 * t1995)
-    t2011 = t829 * t2007
-    t2013 = t826 * t1977 - t827 * t1995 - t828 * t2003
-    t2014 = t2013 - t2011
-    t2021 = K_6_a * 8.148888119704473 - t798 * t1995 - t799 * t2003
-    t2028 = t788 * t2003 + (t768 * 49.26108374384237 - t787 * t1995)
-    t2034 = y1_5_6_n_y + y1_6_6_n_y * t803
-    t2038 = y1_6_6_n_y * t801 - t829 * t2034
-    t2043 = t847 * t2038 + (t649 - y1_6_6_n_y * t799 - t828 * t2034)
-    t2047 = y1_2_6_n_y - y1_6_6_n_y * t798 - t827 * t2034 - t846 * t2038
-    t2049 = t942 * (t2047 - t866 * t2043)
-    t2056 = t865 * t2043 - t866 * t2049
-    t2060 = t847 * t2056 + (t845 * t2038 - t846 * t2049)
-    t2064 = t829 * t2060
-    t2066 = t826 * t2034 - t827 * t2049 - t828 * t2056
-    t2067 = t2066 - t2064
-    t2074 = t801 * t2060 - y1_6_6_n_y * 8.148888119704473 - t798 * t2049
+    t1427 = -t919
+    t1428 = -t838
+    t1429 = -t817
+    t1430 = -t798
+    t1436 = t489 * t946 + t1380 - t175 * t954 - S_2_12 * t945 - t759 * t1394
+    t1440 = t1373 + 4.0 * (w_2_xy * S_2_12) - t757 * t1394 - t770 * t1390
+    t1442 = t1125 - t29 * t375 - w_1_zz * h_4t_y - t772 * t1390
+    t1444 = t1436 - t774 * t1390
+    t1446 = s_2 * t1157 + t1272 - t755 * t1394 - t769 * t1390 - t799 * t1444
+    t1450 = t1442 - t802 * t1444
+    t1454 = t1440 - t801 * t1444 - t820 * t1450
+    t1457 = t1427 * (t1446 - t819 * t1450 - t840 * t1454)
+    t1464 = t1428 * t1454 - t840 * t1457
+    t1468 = t1429 * t1450 - t819 * t1457 - t820 * t1464
+    t1474 = t1430 * t1444 - t799 * t1457 - t801 * t1464 - t802 * t1468
+    t1478 = 8.148888119704473 * t1390 - t769 * t1457 - t770 * t1464
+    t1486 = 49.26108374384237 * t1394 - t755 * t1457 - t757 * t1464
+    t1496 = t1130 - t175 * t956 - t774 * t1402
+    t1502 = t34 * 6.470000000000001 - t772 * t1402 - t802 * t1496
+    t1506 = -t1397 - t770 * t1402 - t801 * t1496 - t820 * t1502
+    t1508 = t1287 - t769 * t1402 - t799 * t1496 - t819 * t1502 - t840 * t1506
+    t1509 = t1427 * t1508
+    t1515 = t1428 * t1506 - t840 * t1509
+    t1519 = t1429 * t1502 - t819 * t1509 - t820 * t1515
+    t1525 = t1430 * t1496 - t799 * t1509 - t801 * t1515 - t802 * t1519
+    t1529 = 8.148888119704473 * t1402 - t769 * t1509 - t770 * t1515
+    t1543 = s_4 * t1231 - c_4 * t1220 - q_3 * t1293 - t757 * t1415
+    t1553 = t1244 - t435 - t759 * t1415 - t774 * t1412
+    t1555 = s_2 * t1305 + t1313 - t755 * t1415 - t769 * t1412 - t799 * t1553
+    t1559 = t1208 - t772 * t1412 - t802 * t1553
+    t1563 = t1543 - t770 * t1412 - t801 * t1553 - t820 * t1559
+    t1566 = t1427 * (t1555 - t819 * t1559 - t840 * t1563)
+    t1573 = t1428 * t1563 - t840 * t1566
+    t1577 = t1429 * t1559 - t819 * t1566 - t820 * t1573
+    t1583 = t1430 * t1553 - t799 * t1566 - t801 * t1573 - t802 * t1577
+    t1587 = 8.148888119704473 * t1412 - t769 * t1566 - t770 * t1573
+    t1595 = 49.26108374384237 * t1415 - t755 * t1566 - t757 * t1573
+    t1601 = c_4 * t1322 + s_4 * t1265 - q_3 * t1331 - t757 * t1419
+    t1611 = t1325 - t759 * t1419 - t774 * t1265
+    t1613 = t1350 - s_2 * t1342 - t755 * t1419 - t769 * t1265 - t799 * t1611
+    t1617 = -t1318 - t772 * t1265 - t802 * t1611
+    t1621 = t1601 - t770 * t1265 - t801 * t1611 - t820 * t1617
+    t1624 = t1427 * (t1613 - t819 * t1617 - t840 * t1621)
+    t1631 = t1428 * t1621 - t840 * t1624
+    t1635 = t1429 * t1617 - t819 * t1624 - t820 * t1631
+    t1641 = t1430 * t1611 - t799 * t1624 - t801 * t1631 - t802 * t1635
+    t1645 = 8.148888119704473 * t1265 - t769 * t1624 - t770 * t1631
+    t1653 = 49.26108374384237 * t1419 - t755 * t1624 - t757 * t1631
+    t1669 = yc_2_4_y - y1_2_6_n_y * t759 - yc_2_5_y * t774
+    t1671 = t297 - t304 - y1_2_6_n_y * t755 - yc_2_5_y * t769 - t799 * t1669
+    t1673 = yc_2_2_y - y1_2_6_n_y * t757 - yc_2_5_y * t770 - t801 * t1669
+    t1675 = yc_2_3_y - yc_2_5_y * t772 - t802 * t1669
+    t1679 = t1673 - t820 * t1675
+    t1682 = t1427 * (t1671 - t819 * t1675 - t840 * t1679)
+    t1689 = t1428 * t1679 - t840 * t1682
+    t1693 = t1429 * t1675 - t819 * t1682 - t820 * t1689
+    t1699 = t1430 * t1669 - t799 * t1682 - t801 * t1689 - t802 * t1693
+    t1703 = yc_2_5_y * 8.148888119704473 - t769 * t1682 - t770 * t1689
+    t1711 = y1_2_6_n_y * 49.26108374384237 - t755 * t1682 - t757 * t1689
+    t1727 = -t677 - t731 * t759 - t704 * t774
+    t1731 = -C_2_n_z - t731 * t757 - t704 * t770 - t801 * t1727
+    t1733 = t664 - t704 * t772 - t802 * t1727
+    t1735 = t467 - t731 * t755 - t704 * t769 - t799 * t1727 - t819 * t1733
+    t1737 = t1731 - t820 * t1733
+    t1740 = t1427 * (t1735 - t840 * t1737)
+    t1747 = t1428 * t1737 - t840 * t1740
+    t1751 = t1429 * t1733 - t819 * t1740 - t820 * t1747
+    t1757 = t1430 * t1727 - t799 * t1740 - t801 * t1747 - t802 * t1751
+    t1761 = t703 * -8.148888119704473 - t769 * t1740 - t770 * t1747
+    t1769 = t731 * 49.26108374384237 - t755 * t1740 - t757 * t1747
+    t1779 = t679 - t707 * t774
+    t1785 = -(t707 * t772) - t802 * t1779
+    t1787 = t481 - t479 - t707 * t769 - t799 * t1779 - t819 * t1785
+    t1789 = -y1_3_3_b_z - t707 * t770 - t801 * t1779 - t820 * t1785
+    t1792 = t1427 * (t1787 - t840 * t1789)
+    t1798 = t1428 * t1789 - t840 * t1792
+    t1802 = t1429 * t1785 - t819 * t1792 - t820 * t1798
+    t1808 = t1430 * t1779 - t799 * t1792 - t801 * t1798 - t802 * t1802
+    t1812 = t707 * 8.148888119704473 - t769 * t1792 - t770 * t1798
+    t1836 = K_5_a - t733 * t759 - t715 * t774
+    t1838 = -y1_2_4_b_z - t733 * t755 - t715 * t769 - t799 * t1836
+    t1840 = t515 - t498 - t733 * t757 - t715 * t770 - t801 * t1836
+    t1842 = -C_4_f_z - t715 * t772 - t802 * t1836
+    t1846 = t1840 - t820 * t1842
+    t1849 = t1427 * (t1838 - t819 * t1842 - t840 * t1846)
+    t1856 = t1428 * t1846 - t840 * t1849
+    t1860 = t1429 * t1842 - t819 * t1849 - t820 * t1856
+    t1866 = t1430 * t1836 - t799 * t1849 - t801 * t1856 - t802 * t1860
+    t1870 = t714 * -8.148888119704473 - t769 * t1849 - t770 * t1856
+    t1878 = t733 * 49.26108374384237 - t755 * t1849 - t757 * t1856
+    t1886 = y1_5_5_n_y - t736 * t759
+    t1892 = y1_5_5_f_y - t802 * t1886
+    t1896 = -y1_3_5_b_z - t736 * t757 - t801 * t1886 - t820 * t1892
+    t1898 = t602 - t736 * t755 - t799 * t1886 - t819 * t1892 - t840 * t1896
+    t1899 = t1427 * t1898
+    t1905 = t1428 * t1896 - t840 * t1899
+    t1909 = t1429 * t1892 - t819 * t1899 - t820 * t1905
+    t1915 = t1430 * t1886 - t799 * t1899 - t801 * t1905 - t802 * t1909
+    t1923 = -(t769 * t1899) - t770 * t1905 - t772 * t1909 - t774 * t1915
+    t1927 = t736 * 49.26108374384237 - t755 * t1899 - t757 * t1905
+    t1937 = y1_5_6_n_y - t774 * t1426
+    t1943 = -(t772 * t1426) - t802 * t1937
+    t1945 = y1_2_6_n_y - t769 * t1426 - t799 * t1937 - t819 * t1943
+    t1947 = y1_4_6_n_x - t770 * t1426 - t801 * t1937 - t820 * t1943
+    t1950 = t1427 * (t1945 - t840 * t1947)
+    t1956 = t1428 * t1947 - t840 * t1950
+    t1960 = t1429 * t1943 - t819 * t1950 - t820 * t1956
+    t1966 = t1430 * t1937 - t799 * t1950 - t801 * t1956 - t802 * t1960
+    t1970 = y1_6_6_n_y * -8.148888119704473 - t769 * t1950 - t770 * t1956
     out[0 * S + k] = 0.0
-    out[1 * S + k] = -t1451
-    out[2 * S + k] = t1516
-    out[3 * S + k] = -t1588
-    out[4 * S + k] = -t1657
-    out[5 * S + k] = t1713
-    out[6 * S + k] = t1769
-    out[7 * S + k] = -t1828
-    out[8 * S + k] = t1880
-    out[9 * S + k] = t1937
-    out[10 * S + k] = -t1995
-    out[11 * S + k] = -t2049
+    out[1 * S + k] = t1457
+    out[2 * S + k] = t1509
+    out[3 * S + k] = t1566
+    out[4 * S + k] = t1624
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = t1682
+    out[7 * S + k] = t1740
+    out[8 * S + k] = t1792
+    out[9 * S + k] = t1849
+    out[10 * S + k] = t1899
+    out[11 * S + k] = t1950
     out[12 * S + k] = 0.0
-    out[13 * S + k] = -t1459
-    out[14 * S + k] = t1522
-    out[15 * S + k] = -t1596
-    out[16 * S + k] = -t1665
-    out[17 * S + k] = t1719
-    out[18 * S + k] = t1775 - t1770
-    out[19 * S + k] = t1836
-    out[20 * S + k] = t1886
-    out[21 * S + k] = t1944
-    out[22 * S + k] = t2003
-    out[23 * S + k] = t2056
+    out[13 * S + k] = t1464
+    out[14 * S + k] = t1515
+    out[15 * S + k] = t1573
+    out[16 * S + k] = t1631
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = t1689
+    out[19 * S + k] = t1747
+    out[20 * S + k] = t1798
+    out[21 * S + k] = t1856
+    out[22 * S + k] = t1905
+    out[23 * S + k] = t1956
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t1464
-    out[26 * S + k] = -t1526
-    out[27 * S + k] = t1599 - t1600
-    out[28 * S + k] = t1670
-    out[29 * S + k] = t1723
-    out[30 * S + k] = t1781
-    out[31 * S + k] = t1840
-    out[32 * S + k] = t1890
-    out[33 * S + k] = t1948
-    out[34 * S + k] = -t2007
-    out[35 * S + k] = -t2060
+    out[25 * S + k] = t1468
+    out[26 * S + k] = t1519
+    out[27 * S + k] = t1577
+    out[28 * S + k] = t1635
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = t1693
+    out[31 * S + k] = t1751
+    out[32 * S + k] = t1802
+    out[33 * S + k] = t1860
+    out[34 * S + k] = t1909
+    out[35 * S + k] = t1960
     out[36 * S + k] = 0.0
-    out[37 * S + k] = -t1470
-    out[38 * S + k] = t1533
-    out[39 * S + k] = t1608
-    out[40 * S + k] = -t1676
-    out[41 * S + k] = t1729
-    out[42 * S + k] = t1787
-    out[43 * S + k] = t1846
-    out[44 * S + k] = -t1896
-    out[45 * S + k] = t1954
-    out[46 * S + k] = t2011 - t2013
-    out[47 * S + k] = t2064 - t2066
+    out[37 * S + k] = t1474
+    out[38 * S + k] = t1525
+    out[39 * S + k] = t1583
+    out[40 * S + k] = t1641
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = t1699
+    out[43 * S + k] = t1757
+    out[44 * S + k] = t1808
+    out[45 * S + k] = t1866
+    out[46 * S + k] = t1915
+    out[47 * S + k] = t1966
     out[48 * S + k] = 0.0
-    out[49 * S + k] = t803 * t1470 + (t1477 - t801 * t1464)
-    out[50 * S + k] = t801 * t1526 + t1539 - t803 * t1533
-    out[51 * S + k] = t801 * t1601 + t1614 - t803 * t1608
-    out[52 * S + k] = t803 * t1676 + (t1683 - t801 * t1670)
-    out[53 * S + k] = t1735 - t801 * t1723 - t803 * t1729
-    out[54 * S + k] = t1793 - t801 * t1781 - t803 * t1787
-    out[55 * S + k] = t1852 - t801 * t1840 - t803 * t1846
-    out[56 * S + k] = t803 * t1896 + (t1903 - t801 * t1890)
-    out[57 * S + k] = t1960 - t801 * t1948 - t803 * t1954
-    out[58 * S + k] = t803 * t2014 + (t801 * t2007 + t2021)
-    out[59 * S + k] = t803 * t2067 + (t2074 - t799 * t2056)
+    out[49 * S + k] = t1478 - t772 * t1468 - t774 * t1474
+    out[50 * S + k] = t1529 - t772 * t1519 - t774 * t1525
+    out[51 * S + k] = t1587 - t772 * t1577 - t774 * t1583
+    out[52 * S + k] = t1645 - t772 * t1635 - t774 * t1641
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = t1703 - t772 * t1693 - t774 * t1699
+    out[55 * S + k] = t1761 - t772 * t1751 - t774 * t1757
+    out[56 * S + k] = t1812 - t772 * t1802 - t774 * t1808
+    out[57 * S + k] = t1870 - t772 * t1860 - t774 * t1866
+    out[58 * S + k] = t1923
+    out[59 * S + k] = t1970 - t772 * t1960 - t774 * t1966
     out[60 * S + k] = 0.0
-    out[61 * S + k] = t1484 - t788 * t1459
-    out[62 * S + k] = t787 * t1516 + t788 * t1522 - t790 * t1533
-    out[63 * S + k] = -(t790 * t1608 + t1621)
-    out[64 * S + k] = t1690 - t788 * t1665
-    out[65 * S + k] = t787 * t1713 + t788 * t1719 - t790 * t1729
-    out[66 * S + k] = t1800 - t790 * t1787
-    out[67 * S + k] = t1859 - t790 * t1846
-    out[68 * S + k] = t790 * t1896 + (t787 * t1880 + t788 * t1886)
-    out[69 * S + k] = t1967 - t790 * t1954
-    out[70 * S + k] = t790 * t2014 + t2028
-    out[71 * S + k] = t790 * t2067 + (t788 * t2056 - t787 * t2049)
+    out[61 * S + k] = t1486 - t759 * t1474
+    out[62 * S + k] = -(t755 * t1509) - t757 * t1515 - t759 * t1525
+    out[63 * S + k] = t1595 - t759 * t1583
+    out[64 * S + k] = t1653 - t759 * t1641
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = t1711 - t759 * t1699
+    out[67 * S + k] = t1769 - t759 * t1757
+    out[68 * S + k] = -(t755 * t1792) - t757 * t1798 - t759 * t1808
+    out[69 * S + k] = t1878 - t759 * t1866
+    out[70 * S + k] = t1927 - t759 * t1915
+    out[71 * S + k] = -(t755 * t1950) - t757 * t1956 - t759 * t1966
+
+
+_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    tau_1 = tau[0 * S + k]
+    tau_2 = tau[1 * S + k]
+    tau_3 = tau[2 * S + k]
+    tau_4 = tau[3 * S + k]
+    tau_5 = tau[4 * S + k]
+    tau_6 = tau[5 * S + k]
+    s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
+    # link 1 (shoulder_pan): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (shoulder_tilt): angular velocity of link 1
+    t28 = qd_1 * s_2
+    t29 = qd_1 * c_2
+    # link 2 (shoulder_tilt): products of angular velocity
+    w_2_xy = t28 * t29
+    t31 = qd_2 * t28
+    w_2_xx = t28 * t28
+    w_2_zz = qd_2 * qd_2
+    # link 2 (shoulder_tilt): acceleration field U
+    t34 = w_2_xx + w_2_zz
+    # link 2 (shoulder_tilt): Euler, inertial moment
+    t35 = w_1_zz - t34
+    # link 3 (boom): acceleration of its frame
+    omega_2s_x = t28 * -2.0
+    omega_2s_z = qd_2 * 2.0
+    # link 3 (boom): products of angular velocity
+    w_3_zz = t29 * t29
+    # link 3 (boom): acceleration field U
+    U_3_xx = w_2_zz - t34 - w_3_zz
+    # link 4 (wrist_roll): angular velocity of link 3
+    t48 = s_4 * t28 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t28
+    # link 4 (wrist_roll): angular velocity
+    omega_4_z = qd_4 + t29
+    # link 4 (wrist_roll): products of angular velocity
+    t53 = t48 * omega_4r_y
+    t54 = t48 * omega_4_z
+    w_4_xx = t48 * t48
+    w_4_zz = omega_4_z * omega_4_z
+    # link 4 (wrist_roll): acceleration field U
+    t57 = w_4_xx + w_4_zz
+    # link 4 (wrist_roll): Euler, inertial moment
+    t58 = t34 - t57
+    # link 5 (wrist_bend): angular velocity of link 4
+    t61 = s_5 * omega_4_z + c_5 * t48
+    omega_5r_y = s_5 * t48 - c_5 * omega_4_z
+    # link 5 (wrist_bend): angular velocity
+    omega_5_z = qd_5 + omega_4r_y
+    # link 5 (wrist_bend): products of angular velocity
+    t66 = t61 * omega_5r_y
+    t67 = t61 * omega_5_z
+    w_5_xx = t61 * t61
+    w_5_zz = omega_5_z * omega_5_z
+    # link 5 (wrist_bend): acceleration field U
+    t70 = w_5_xx + w_5_zz
+    # link 5 (wrist_bend): Newton, inertial force
+    F_5_y = t70 * 0.079443
+    # link 5 (wrist_bend): Euler, inertial moment
+    t73 = t57 - t70
+    # link 6 (hand): angular velocity of link 5
+    omega_6r_x = s_6 * omega_5_z - c_6 * t61
+    omega_6r_y = s_6 * t61 + c_6 * omega_5_z
+    # link 6 (hand): angular velocity
+    omega_6_z = qd_6 - omega_5r_y
+    # link 2 (shoulder_tilt): twice the velocity of its frame
+    v_2b_x = qd_1 * -0.308
+    v_2r_x = c_2 * v_2b_x
+    t86 = s_2 * v_2b_x
+    omega_2s_y = t29 * -2.0
+    # link 3 (boom): twice the velocity of its frame
+    v_3b_x = v_2r_x + 2.0 * (q_3 * qd_2)
+    t91 = q_3 * omega_2s_x
+    omega_3s_x = qd_2 * -2.0
+    # link 4 (wrist_roll): twice the velocity of its frame
+    v_4b_y = v_3b_x + t29 * 0.0406
+    v_4b_z = t86 + (qd_3 * 2.0 + t28 * 0.0406)
+    v_4r_x = s_4 * v_4b_y + c_4 * t91
+    v_4r_y = c_4 * v_4b_y - s_4 * t91
+    omega_4s_x = -2.0 * t48
+    omega_4s_y = 2.0 * omega_4r_y
+    omega_4s_z = 2.0 * omega_4_z
+    # link 6 (hand): composite body, before its turn
+    K_6t_12 = qd_6 * 0.0002999999999999999
+    K_6t_21 = qd_6 * -0.0002999999999999999
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    S_5_a = ss_5 * -0.0280161283
+    S_5_b = sc_5 * -0.0280161283
+    t122 = S_5_a + 0.00115
+    y0_5_5_n_x = s_5 * -1.0697399999999999e-05
+    S_5t_13 = s_5 * 1.0697399999999999e-05
+    S_5t_22 = S_5_a + 0.0268661283
+    S_5t_23 = c_5 * -1.0697399999999999e-05
+    t131 = s_5 * -0.079443
+    h_5t_x = s_5 * 0.079443
+    h_5t_y = c_5 * -0.079443
+    K_5o_31 = K_6t_21 + qd_5 * 2.1394799999999997e-05
+    K_5_p = qd_5 * -0.0560322566
+    K_5_a = sc_5 * K_5_p
+    t140 = ss_5 * K_5_p
+    t143 = t140 + qd_5 * 0.0023
+    K_5t_13 = c_5 * K_6t_12
+    t147 = t140 + qd_5 * 0.0537322566
+    K_5t_23 = s_5 * K_6t_12
+    K_5t_31 = c_5 * K_5o_31
+    K_5t_32 = s_5 * K_5o_31
+    l_5o_x = qd_5 * 0.158886
+    l_5t_x = c_5 * l_5o_x
+    l_5t_y = s_5 * l_5o_x
+    # link 4 (wrist_roll): composite body
+    t156 = S_5t_23 - 5.36544e-05
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t160 = S_5_a + 0.0056497356
+    S_4_p = s_5 * 2.1394799999999997e-05
+    t164 = ss_4 * t160 - sc_4 * S_4_p
+    t169 = s_4 * t156 - c_4 * S_5_b
+    t172 = c_4 * h_5t_x
+    t175 = s_4 * 0.029825999999999995 - t172
+    h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
+    K_4o_22 = qd_4 * S_4_p
+    t180 = K_5_a + K_4o_22
+    K_4o_12 = K_5t_13 - 2.0 * (qd_4 * t122)
+    t186 = qd_4 * 0.0089994712 - K_5t_31
+    t189 = t147 + 2.0 * (qd_4 * t156)
+    t193 = K_5t_23 - qd_4 * sc_5 * 0.0560322566
+    t194 = K_4o_22 + t180
+    K_4_p = K_4o_12 - t186
+    t198 = ss_4 * t194 - sc_4 * K_4_p
+    t201 = sc_4 * t194 + ss_4 * K_4_p
+    K_3t_12 = t186 + t201
+    K_4t_22 = K_4o_22 - t198
+    t214 = qd_4 * 0.05965199999999999 - l_5t_x
+    l_4o_y = 0.158886 * (qd_4 * s_5)
+    t219 = c_4 * t214 + s_4 * l_4o_y
+    l_4t_y = c_4 * l_4o_y - s_4 * t214
+    # link 3 (boom): composite body
+    t225 = t122 - t164 + 0.0406 * t175
+    S_3_12 = S_5t_13 - sc_4 * t160 - ss_4 * S_4_p + 0.0203 * h_4t_y
+    t231 = t175 - 0.13134099999999999
+    t233 = h_5t_y + 2.7499110000000004
+    # link 3 (boom): composite body: flow of its moments
+    t236 = t180 - t198 + 0.0203 * t219
+    # link 3 (boom): composite body, before its turn
+    t240 = c_4 * K_5t_32 - s_4 * t143 - 2.0 * (qd_3 * h_4t_y)
+    l_3o_z = qd_3 * 12.940000000000001 - l_5t_y
+    t246 = q_3 * 6.470000000000001 - t233
+    # link 2 (shoulder_tilt): composite body
+    t248 = t164 - 0.012499735599999895
+    S_2_12 = c_4 * t156 + s_4 * S_5_b - q_3 * h_4t_y
+    t258 = q_3 * (t233 - t246) + ss_5 * 0.0280161283 - 4.314419422000001
+    S_2_23 = t169 + c_5 * 0.0016126928999999999 - q_3 * t231 - 0.055823193300000004
+    # link 2 (shoulder_tilt): composite body: flow of its moments
+    t268 = c_4 * t193 - s_4 * t189 - q_3 * l_4t_y
+    t273 = K_5_a + q_3 * l_3o_z - 2.0 * (qd_3 * t233)
+    t276 = c_4 * t189 + s_4 * t193 - q_3 * t219
+    # link 2 (shoulder_tilt): composite body, before its turn
+    ss_2 = s_2 * s_2
+    sc_2 = c_2 * s_2
+    t279 = t248 - t258
+    S_2_p = 2.0 * S_2_12
+    t288 = qd_2 * S_2_p
+    K_2o_11 = K_4t_22 - t288
+    K_2_p = t240 + t268 - 2.0 * (qd_2 * t279)
+    t297 = sc_2 * K_2_p
+    h_2b_y = t231 + 0.99638
+    # link 1 (shoulder_pan): Coriolis terms
+    t304 = ss_2 * (t273 + t288 - K_2o_11) + (K_2o_11 + (t219 * 0.154 - t236))
+    # link 2 (shoulder_tilt): second change of its axis
+    t309 = t29 * t86 - t28 * v_2r_x
+    # link 2 (shoulder_tilt): Coriolis terms
+    C_2_f_x = l_3o_z - omega_2s_z * h_4t_y
+    C_2_f_y = l_4t_y + omega_2s_z * t246
+    t314 = omega_2s_x * h_4t_y
+    t316 = omega_2s_x * S_2_12
+    t321 = K_4o_12 - t201 + 0.0203 * l_4t_y - omega_2s_y * t258
+    C_2_n_x = omega_2s_z * S_2_23 + (t316 + t321)
+    t326 = omega_2s_y * S_2_12
+    t331 = omega_2s_z * S_3_12 + (0.0203 * l_5t_y - s_4 * K_5t_32 - c_4 * t143)
+    C_2_n_y = omega_2s_x * t248 + t331 - t326 + 2.0 * (qd_3 * t231)
+    C_2_n_z = K_4t_22 + t273
+    # link 2 (shoulder_tilt): change with its position
+    G_2_0 = w_2_xy * 2.0
+    G_2_1 = t35 + (w_2_zz - w_2_xx)
+    # link 3 (boom): Coriolis terms
+    C_3_f_y = qd_2 * 12.940000000000001
+    t366 = omega_3s_x * t233
+    t367 = omega_2s_x * t233
+    t375 = t91 * 6.470000000000001 - t219 - t367 - 2.0 * (t29 * h_4t_y)
+    # link 4 (wrist_roll): Coriolis terms
+    t382 = omega_4s_z * h_5t_x
+    t384 = omega_4_z * 0.05965199999999999 - l_5t_x
+    C_4_f_z = omega_4s_x * h_5t_x + omega_4r_y * 0.05965199999999999
+    t388 = omega_4s_x * S_5t_13
+    C_4_n_x = t388 + (omega_4r_y * 0.0089994712 - t147) - omega_4s_z * t156
+    t396 = omega_4s_y * S_5t_13
+    C_4_n_y = omega_4s_x * t122 + (K_5t_23 + omega_4s_z * S_5_b) - t396
+    t404 = omega_4s_y * t122 + (v_4b_z * h_5t_x + (t143 + t388))
+    t408 = K_5t_32 + (t48 * 0.0089994712 - v_4b_z * 0.029825999999999995)
+    C_4_c_y = t396 + t408
+    t415 = omega_4s_x * t156 + (v_4r_y * 0.029825999999999995 - K_5_a)
+    C_4_c_z = v_4r_x * h_5t_x + (t415 - omega_4s_y * S_5_b)
+    # link 4 (wrist_roll): change with its position
+    G_4_0 = -2.0 * t53
+    G_4_1 = t58 + (w_4_zz - w_4_xx)
+    t435 = t48 * K_5t_32
+    # link 5 (wrist_bend): Coriolis terms
+    C_5_f_y = omega_5_z * 0.158886
+    C_5_f_z = omega_5r_y * -0.158886
+    t441 = omega_5r_y * 0.0537322566 - omega_5_z * 2.1394799999999997e-05
+    C_5_n_x = t441 - K_6t_21
+    C_5_n_y = t61 * -0.0023
+    t446 = K_6t_12 + omega_5r_y * 0.0023
+    C_5_c_y = t61 * 0.0537322566 + 0.079443 * v_4r_y
+    t452 = t61 * 2.1394799999999997e-05 - 0.079443 * (s_5 * v_4r_x + c_5 * v_4b_z)
+    # link 5 (wrist_bend): change with its position
+    G_5_1 = t73 + (w_5_zz - w_5_xx)
+    t456 = F_5_y + 0.079443 * G_5_1
+    # link 6 (hand): Coriolis terms
+    C_6_n_x = omega_6r_y * 0.0002999999999999999
+    C_6_n_y = omega_6r_x * -0.0002999999999999999
+    # link 2 (shoulder_tilt): effort with joint 2
+    y1_2_2_f_x = c_2 * C_2_f_x - s_2 * C_2_f_y
+    t467 = c_2 * C_2_n_y + (s_2 * C_2_n_x + 0.154 * y1_2_2_f_x)
+    t470 = c_2 * (t276 - t326 - omega_2s_x * t258) + s_2 * (omega_2s_y * t248 + (K_3t_12 + t316))
+    yc_2_2_y = -t470
+    # link 3 (boom): effort with joint 3
+    y1_3_3_b_z = t366 + q_3 * C_3_f_y
+    # link 2 (shoulder_tilt): effort with joint 3
+    t479 = s_2 * (t367 + 12.940000000000001 * (q_3 * t28)) - c_2 * (t314 - omega_3s_x * t231)
+    t481 = 0.154 * (c_2 * C_3_f_y)
+    y1_2_3_b_z = t479 - t481
+    t484 = s_2 * t375
+    yc_2_3_y = -t484
+    # link 4 (wrist_roll): effort with joint 4
+    t489 = t122 + 0.0203 * t175 - 0.0044997356
+    y1_4_4_f_x = s_4 * t384 - c_4 * t382
+    t495 = s_4 * t382 + c_4 * t384
+    t498 = s_4 * C_4_n_y - c_4 * C_4_n_x
+    t507 = s_4 * t404 - c_4 * C_4_c_y
+    # link 3 (boom): effort with joint 4
+    y0_3_4_b_z = t169 - q_3 * t175
+    t514 = 0.0203 * C_4_f_z - c_4 * C_4_n_y - s_4 * C_4_n_x - q_3 * y1_4_4_f_x
+    t515 = q_3 * t495
+    y1_3_4_b_z = t498 - t515
+    # link 2 (shoulder_tilt): effort with joint 4
+    t524 = 0.154 * (c_2 * t495 - s_2 * C_4_f_z) - c_2 * (K_5_a + 0.0203 * t495)
+    y1_2_4_b_z = s_2 * t514 + t524
+    t529 = c_2 * C_4_c_z + s_2 * t507
+    yc_2_4_y = -t529
+    # link 5 (wrist_bend): effort with joint 5
+    y0_5_5_f_x = c_5 * 0.079443
+    y0_5_5_n_y = c_5 * 1.0697399999999999e-05
+    t533 = s_5 * C_5_f_y
+    y1_5_5_f_y = c_5 * C_5_f_y
+    t537 = s_5 * C_5_n_y - c_5 * C_5_n_x
+    y1_5_5_n_y = s_5 * C_5_n_x + c_5 * C_5_n_y
+    t545 = c_5 * t446 + s_5 * C_5_c_y
+    yc_5_5_y = c_5 * C_5_c_y - s_5 * t446
+    # link 4 (wrist_roll): effort with joint 5
+    y0_4_5_f_x = c_4 * y0_5_5_f_x
+    y0_4_5_f_y = s_4 * y0_5_5_f_x
+    t554 = y0_5_5_n_y - 0.0203 * y0_4_5_f_y
+    y1_4_5_f_y = c_4 * C_5_f_z - s_4 * t533
+    t569 = c_4 * t452 + s_4 * t545
+    # link 3 (boom): effort with joint 5
+    t574 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
+    y0_3_5_b_x = q_3 * y0_4_5_f_x + (s_4 * y0_5_5_n_x + t574)
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * y0_5_5_n_x)
+    y1_3_5_b_x = 0.0203 * y1_5_5_f_y - s_4 * t537 - q_3 * (s_4 * C_5_f_z + c_4 * t533)
+    y1_3_5_b_z = c_4 * t537 + q_3 * y1_4_5_f_y
+    # link 2 (shoulder_tilt): effort with joint 5
+    y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
+    t594 = s_2 * y0_3_5_b_x + (c_2 * t554 + 0.154 * y0_2_5_f_x)
+    y1_2_5_f_x = c_2 * y1_4_5_f_y - s_2 * y1_5_5_f_y
+    t602 = c_2 * (y1_5_5_n_y - 0.0203 * y1_4_5_f_y) + (s_2 * y1_3_5_b_x + 0.154 * y1_2_5_f_x)
+    t603 = s_2 * t569
+    t604 = c_2 * yc_5_5_y
+    yc_2_5_y = t604 - t603
+    # link 6 (hand): effort with joint 6
+    y1_6_6_n_x = c_6 * C_6_n_x - s_6 * C_6_n_y
+    y1_6_6_n_y = c_6 * C_6_n_y + s_6 * C_6_n_x
+    # link 5 (wrist_bend): effort with joint 6
+    y0_5_6_n_x = s_5 * 0.0002999999999999999
+    y0_5_6_n_y = c_5 * -0.0002999999999999999
+    y1_5_6_n_x = c_5 * y1_6_6_n_x
+    y1_5_6_n_y = s_5 * y1_6_6_n_x
+    # link 4 (wrist_roll): effort with joint 6
+    y0_4_6_n_x = c_4 * y0_5_6_n_x
+    y0_4_6_n_y = s_4 * y0_5_6_n_x
+    t620 = s_4 * y1_6_6_n_y
+    t621 = c_4 * y1_5_6_n_x
+    t622 = t620 - t621
+    y1_4_6_n_x = t621 - t620
+    y1_4_6_n_y = s_4 * y1_5_6_n_x + c_4 * y1_6_6_n_y
+    # link 2 (shoulder_tilt): effort with joint 6
+    y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
+    # link 2 (shoulder_tilt): gravity
+    g_2r_x = s_2 * -9.81
+    g_2r_y = c_2 * -9.81
+    # link 4 (wrist_roll): gravity
+    g_4r_x = s_4 * g_2r_x
+    # link 5 (wrist_bend): gravity
+    g_5r_x = c_5 * g_4r_x + s_5 * g_2r_y
+    t639 = c_2 * y0_5_6_n_y + s_2 * y0_4_6_n_y
+    t641 = qd_3 * 0.5
+    t643 = qd_6 * 0.5
+    t645 = qd_4 * 0.5
+    t647 = qd_2 * 0.5
+    t649 = qd_5 * 0.5
+    t656 = qd_1 * 0.5
+    t664 = l_4t_y + t366 - 6.470000000000001 * (v_2r_x - v_3b_x)
+    t676 = c_4 * t404 + (t326 + s_4 * C_4_c_y) - omega_2s_x * t489
+    t677 = t86 * t175 + t676
+    t679 = t314 - omega_3s_x * t175
+    t701 = c_4 * t545 - s_4 * t452 - omega_2s_x * t554 - t86 * y0_4_5_f_y
+    t703 = omega_2s_y * y0_3_5_b_x + (t701 - v_2r_x * h_5t_x)
+    t707 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t713 = v_4r_y * y0_5_5_f_x + (t48 * 0.051432256600000004 - yc_5_5_y)
+    t714 = omega_4s_y * y0_5_5_n_x + t713
+    t731 = omega_2s_x * y0_5_6_n_y - (t622 + omega_2s_y * y0_4_6_n_y)
+    t733 = y1_5_6_n_y - omega_4s_y * y0_5_6_n_x
+    t736 = t61 * 0.0005999999999999998 - y1_6_6_n_y
+    # effort less bias force
+    t744 = tau_5 - 0.079443 * g_5r_x - y1_6_6_n_y * t643 - t645 * t714
+    t747 = t641 * t707 + (t744 - (t603 - t604) * t656) - t647 * t703
+    t750 = t645 * t733 + (y1_2_6_n_y * t656 + (tau_6 + t649 * t736))
+    t751 = t647 * t731 + t750
+    # solve: L D L^T
+    t753 = t639 * 49.26108374384237
+    t756 = y0_4_6_n_x * 49.26108374384237
+    t759 = c_5 * 0.014778325123152707
+    t767 = t594 * 8.148888119704473
+    t770 = y0_3_5_b_z * 8.148888119704473
+    t772 = s_5 * -0.6473721188936825
+    t774 = c_5 * -8.717191577172662e-05
+    t787 = s_2 * S_2_12 - t639 * t759 - t594 * t774 - c_2 * (t175 * 0.154 - t489)
+    t790 = y0_3_4_b_z + y0_4_6_n_x * t759 - y0_3_5_b_z * t774
+    t791 = t131 * t774
+    t794 = S_5t_23 * t774 + (t122 + c_5 * 0.0002999999999999999 * t759)
+    t798 = 1.0 / (t794 - 0.1104997356)
+    t799 = t787 * t798
+    t800 = t790 * t798
+    t802 = t791 * t798
+    t809 = t594 * t772 + t787 * t802 - s_2 * h_2b_y
+    t812 = t790 * t802 + (h_4t_y + y0_3_5_b_z * t772)
+    t817 = 1.0 / (t131 * t772 - t791 * t802 - 7.252000000000001)
+    t818 = t809 * t817
+    t820 = t812 * t817
+    t825 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t246 - s_2 * h_4t_y) * 0.154
+    t829 = t594 * t770 + (t825 - t639 * t756) - t787 * t800 - t809 * t820
+    t833 = y0_3_5_b_z * t770 + (y0_4_6_n_x * t756 + (t248 + t258))
+    t838 = 1.0 / (t833 - t790 * t800 - t812 * t820 - 2.193)
+    t839 = t829 * t838
+    t846 = t639 * t753 + (sc_2 * S_2_p + (t225 + t248 - ss_2 * t279))
+    t850 = t594 * t767 + t846 - t787 * t799 - t809 * t818 - t829 * t839
+    t865 = tau_4 + 0.029825999999999995 * g_4r_x - t172 * g_2r_x
+    t868 = y1_5_6_n_y * t643 + (t641 * t679 + t865 - t529 * t656)
+    t871 = y1_5_5_n_y * t649 + t868 - t647 * t677 - t751 * t759
+    t874 = t871 - t747 * t774 + 0.5 * (qd_4 * K_5_a)
+    t883 = t647 * t664 + (tau_3 - c_2 * 63.47070000000001 - t484 * t656)
+    t886 = y1_5_5_f_y * t649 + t883 - t747 * t772 - t802 * t874
+    t888 = t886 - 0.5 * (qd_4 * C_4_f_z)
+    t894 = tau_2 - y1_3_3_b_z * t641 - y1_3_5_b_z * t649 - y1_3_4_b_z * t645
+    t898 = t894 - t246 * g_2r_x - t622 * t643 - t470 * t656 - h_4t_y * g_2r_y
+    t902 = t800 * t874 + (t751 * t756 + t898 - t747 * t770) - t820 * t888
+    t904 = t902 - 0.5 * (qd_2 * C_2_n_z)
+    t909 = y1_2_6_n_y * t643 + (tau_1 - y1_2_3_b_z * t641) - y1_2_4_b_z * t645
+    t913 = t747 * t767 + (t751 * t753 + (t602 * t649 + (t467 * t647 + t909)))
+    t918 = t839 * t904 + (t818 * t888 + (t913 - t799 * t874)) - 0.5 * (qd_1 * (t304 - t297))
+    t919 = 1.0 / (t850 - 0.154 * (t231 + h_2b_y) - 1.4339328644)
+    t920 = t918 * t919
+    t927 = t838 * t904 + t839 * t920
+    t931 = t817 * t888 + t818 * t920 - t820 * t927
+    t937 = t800 * t927 + (t798 * t874 - t799 * t920) - t802 * t931
+    # link 2 (shoulder_tilt): acceleration field U along the axis
+    t945 = c_2 * t920
+    t946 = s_2 * t920
+    # link 2 (shoulder_tilt): acceleration of its joint
+    t947 = 0.154 * t920
+    # link 2 (shoulder_tilt): acceleration
+    t951 = s_2 * 9.81 - c_2 * t947
+    t954 = s_2 * t947 + c_2 * 9.81
+    # link 2 (shoulder_tilt): angular acceleration
+    t955 = t31 + t945
+    # link 2 (shoulder_tilt): acceleration field U
+    t956 = w_2_xy + t927
+    t957 = t31 + t955
+    t960 = t946 - 2.0 * (qd_2 * t29)
+    # link 3 (boom): acceleration of its joint
+    t962 = q_3 * t960
+    # link 3 (boom): acceleration of its frame
+    t965 = t962 + (qd_3 * omega_2s_x + w_1_zz * 0.154)
+    t967 = qd_3 * omega_2s_z - t951 - q_3 * t956
+    t968 = q_3 * t34 + t931
+    t969 = t954 - t968
+    # link 3 (boom): acceleration field U
+    t970 = t31 - t955
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t973 = s_4 * t956 - c_4 * t960
+    t976 = c_4 * t956 + s_4 * t960
+    # link 4 (wrist_roll): acceleration of its joint
+    t978 = t965 + 0.0203 * U_3_xx
+    t980 = t967 + 0.0203 * t970
+    t982 = 0.0203 * t946 - t969
+    # link 4 (wrist_roll): acceleration
+    t985 = s_4 * t980 + c_4 * t978
+    t988 = c_4 * t980 - s_4 * t978
+    # link 4 (wrist_roll): angular acceleration
+    t989 = t54 - t973
+    # link 4 (wrist_roll): acceleration field U
+    t991 = t53 - t937 - t955
+    t992 = t54 + t989
+    t995 = t976 + 2.0 * (omega_4r_y * omega_4_z)
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t998 = s_5 * t995 + c_5 * t991
+    t1001 = c_5 * t995 - s_5 * t991
+    # link 5 (wrist_bend): angular acceleration
+    t1008 = t67 - t998
+    t1010 = t770 * t927 + (t747 * 8.148888119704473 - t767 * t920)
+    t1013 = t989 + (t774 * t937 + (t772 * t931 + t1010))
+    # link 5 (wrist_bend): acceleration field U
+    t1014 = t66 + t1013
+    t1015 = t67 + t1008
+    t1018 = t1001 + 2.0 * (omega_5r_y * omega_5_z)
+    # link 5 (wrist_bend): Newton, inertial force
+    t1019 = 0.079443 * t1014
+    # link 6 (hand): angular acceleration
+    t1025 = t751 * 49.26108374384237 - t753 * t920 - t756 * t927
+    # link 6 (hand): acceleration field U
+    t1031 = s_6 * t1018 - c_6 * t1014 + 2.0 * (omega_6r_x * omega_6_z)
+    t1035 = c_6 * t1018 + s_6 * t1014 + 2.0 * (omega_6r_y * omega_6_z)
+    # link 6 (hand): Euler, inertial moment
+    t1037 = t1035 * 0.00014999999999999996
+    t1039 = t1031 * -0.00014999999999999996
+    # link 5 (wrist_bend): moment from link 4
+    t1048 = t73 * 1.0697399999999999e-05 - 0.079443 * t988 + 0.0268661283 * t1018
+    t1050 = c_6 * t1037 + (t1048 - s_6 * t1039)
+    t1055 = 0.0002999999999999999 * (t759 * t937 + t1025 - t1008)
+    t1056 = 1.0697399999999999e-05 * t1014 - t1015 * 0.0013 - t1055
+    # link 4 (wrist_roll): force from link 3
+    t1065 = s_5 * F_5_y + 0.029825999999999995 * t991 - c_5 * t1019
+    t1068 = t57 * 0.029825999999999995 + 0.079443 * t1018
+    t1071 = s_5 * t1019 + (c_5 * F_5_y - 0.029825999999999995 * t995)
+    # link 4 (wrist_roll): moment from link 3
+    t1077 = t58 * 5.36544e-05 + 0.029825999999999995 * t982 - t995 * 0.0043497356
+    t1079 = s_5 * t1056 + t1077 - c_5 * t1050
+    t1085 = t66 * 0.0281661283 - 5.36544e-05 * t991 - 1.0697399999999999e-05 * t998
+    t1090 = t1085 + 0.079443 * (s_5 * t982 + c_5 * t985) + t1013 * 0.0255661283
+    t1092 = s_6 * t1037 + (c_6 * t1039 + t1090)
+    # link 4 (wrist_roll): force, before its turn
+    t1097 = s_4 * t1065 + c_4 * t1068
+    # link 3 (boom): force from link 2
+    t1102 = U_3_xx * 0.13134099999999999 - 2.7499110000000004 * t960
+    t1106 = s_4 * t1068 + (t1102 + 6.470000000000001 * t965 - c_4 * t1065)
+    t1109 = 2.7499110000000004 * t956 + 6.470000000000001 * t967
+    t1112 = t1109 + 0.13134099999999999 * t970 - t1097
+    # link 2 (shoulder_tilt): change with its position
+    t1117 = h_4t_y * G_2_0 + t34 * 2.7499110000000004 - t246 * G_2_1
+    t1121 = t28 * t219 + t1117 - 6.470000000000001 * t968 - t1071
+    t1125 = 6.470000000000001 * t951 - t231 * t945
+    t1128 = t1112 + (h_4t_y * G_2_1 + (t246 * G_2_0 + t29 * t219))
+    t1130 = h_4t_y * t960
+    t1138 = S_3_12 * G_2_1 + (t29 * (t236 - t273) + S_2_23 * G_2_0)
+    t1143 = t1138 - t28 * t268 + 0.055823193300000004 * t956 + 0.13134099999999999 * t967
+    t1147 = t1143 + 5.36544e-05 * t973 - 0.029825999999999995 * t985
+    t1151 = t1147 + t991 * 0.0043497356 - c_5 * t1056 - s_5 * t1050
+    t1155 = S_2_12 * t960 + (t1151 - 0.0203 * t1097 - t231 * t951)
+    t1157 = t1155 - t225 * t945 - t957 * (t258 + 0.007999999999999896)
+    t1165 = t28 * (K_4t_22 - t236) + t35 * 0.055823193300000004
+    t1168 = S_2_23 * G_2_1 + (t29 * t240 + t1165 - S_3_12 * G_2_0)
+    t1172 = t1168 - 2.7499110000000004 * t965 - 0.13134099999999999 * t969
+    t1176 = c_4 * t1092 + (t1172 + 0.0203 * t1071 - s_4 * t1079)
+    t1180 = t225 * t946 + (q_3 * t1106 + t1176 - t231 * t954 - S_2_12 * t957)
+    # link 3 (boom): change with its position
+    t1187 = t956 * -6.470000000000001
+    # link 4 (wrist_roll): change with its position
+    t1196 = h_5t_x * G_4_0 + 0.029825999999999995 * G_4_1 - t48 * l_5t_y
+    t1198 = h_5t_y * t976 + (t1068 + t1196)
+    t1202 = h_5t_x * G_4_1 + (omega_4r_y * l_5t_y + t53 * 0.05965199999999999)
+    t1204 = t1202 - t1065 - h_5t_y * t973
+    t1208 = t48 * l_5t_x - 0.029825999999999995 * t992 - h_5t_x * t995
+    t1214 = t156 * G_4_0 + (t48 * K_5t_31 - omega_4r_y * K_5_a - S_5_b * G_4_1)
+    t1218 = h_5t_y * t985 + (t1092 + (t1214 - 0.0044997356 * t992))
+    t1220 = S_5t_22 * t973 + t1218 - S_5t_13 * t995
+    t1226 = S_5_b * G_4_0 + (t156 * G_4_1 + omega_4r_y * K_5t_13)
+    t1230 = S_5t_13 * t992 + (S_5t_22 * t976 + (t1079 + t1226 - t122 * t995))
+    t1231 = h_5t_y * t988 + t1230
+    t1238 = t160 * G_4_1 + omega_4r_y * t143 + 0.029825999999999995 * t988
+    t1241 = t156 * t976 + (h_5t_x * t985 + (S_5_b * t973 + t1238))
+    t1244 = t1241 - t53 * S_5t_13 * 4.0
+    # link 5 (wrist_bend): change with its position
+    t1246 = t66 * 0.158886 - t1019
+    t1247 = -0.079443 * t1015
+    t1250 = t66 * 2.1394799999999997e-05 - t998 * 0.00014999999999999996
+    t1253 = t1250 + 0.0268661283 * t1015 - t1056
+    t1256 = 1.0697399999999999e-05 * G_5_1 + t1001 * 0.00014999999999999996
+    t1259 = t1256 - 0.00115 * t1018 - t1050
+    t1263 = omega_5r_y * K_6t_12 + 0.0280161283 * G_5_1 + 1.0697399999999999e-05 * t1001
+    t1265 = t1263 + 0.079443 * (s_5 * t985 - c_5 * t982)
+    # link 2 (shoulder_tilt): effort with joint 2
+    t1268 = c_2 * (t1121 - t175 * t946) - s_2 * (t1125 + t1128)
+    t1272 = c_2 * (t960 * (t248 + 4.287553293700001) + t1180) + 0.154 * t1268
+    # link 3 (boom): effort with joint 3
+    t1277 = t233 * t960 + (t34 * t231 - 6.470000000000001 * t962 - t1106)
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1285 = 0.154 * (c_2 * t1187 - 6.470000000000001 * (s_2 * t34))
+    t1287 = c_2 * (t1130 - t231 * t956) + (t1285 - s_2 * t1277)
+    # link 4 (wrist_roll): effort with joint 4
+    t1293 = s_4 * t1198 + c_4 * t1204
+    # link 3 (boom): effort with joint 4
+    t1305 = q_3 * (c_4 * t1198 - s_4 * t1204) + (0.0203 * t1208 - s_4 * t1220 - c_4 * t1231)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1313 = 0.154 * (c_2 * t1293 - s_2 * t1208) - c_2 * (t435 - t1244 + 0.0203 * t1293)
+    # link 5 (wrist_bend): effort with joint 5
+    t1316 = c_5 * t456 - s_5 * t1246
+    t1318 = s_5 * t456 + c_5 * t1246
+    t1322 = s_5 * t1259 + c_5 * t1253
+    t1325 = s_5 * t1253 - c_5 * t1259
+    # link 4 (wrist_roll): effort with joint 5
+    t1331 = c_4 * t1247 - s_4 * t1316
+    # link 3 (boom): effort with joint 5
+    t1342 = q_3 * (s_4 * t1247 + c_4 * t1316) + (c_4 * t1265 + (0.0203 * t1318 - s_4 * t1322))
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1350 = c_2 * (t1325 - 0.0203 * t1331) + 0.154 * (c_2 * t1331 + s_2 * t1318)
+    # derivative of effort
+    t1370 = t279 * G_2_1 + t28 * t276 - t29 * K_3t_12 - h_4t_y * t951
+    t1373 = t246 * t954 + t1370 - S_3_12 * t945 - S_2_23 * t946
+    t1380 = t28 * C_4_c_z + (h_4t_y * t309 + (w_1_zz * y0_3_4_b_z - t29 * t507))
+    t1385 = w_1_zz * y0_3_5_b_z - t309 * y0_4_5_f_x - t28 * yc_5_5_y
+    t1388 = t554 * t946 + (y0_4_5_f_y * t954 + (t1385 - t29 * t569))
+    t1392 = t29 * y1_4_6_n_y - w_1_zz * y0_4_6_n_x - t28 * y1_5_6_n_y
+    t1397 = q_3 * t1187 + (t233 * t956 + (t34 * h_4t_y + t1112))
+    t1402 = y0_4_5_f_y * t956 - t34 * h_5t_x - y0_4_5_f_x * t960
+    t1408 = omega_4r_y * t545 + (t48 * t452 - t34 * y0_5_5_n_y)
+    t1409 = t1408 - h_5t_x * (omega_4r_y * v_4r_y - t48 * v_4r_x)
+    t1411 = y0_5_5_f_x * (t48 * v_4b_z - t988) + (0.025716128300000002 * t976 + t1409)
+    t1414 = y0_5_6_n_x * t973 - t48 * y1_6_6_n_y - t34 * y0_5_6_n_y
+    t1419 = -0.0002999999999999999 * t1001 - omega_5r_y * y1_6_6_n_x
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = s_2 * t1157 + t1272
+    out[2 * S + k] = t1287
+    out[3 * S + k] = s_2 * t1305 + t1313
+    out[4 * S + k] = t1350 - s_2 * t1342
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = t297 - t304
+    out[7 * S + k] = t467
+    out[8 * S + k] = t481 - t479
+    out[9 * S + k] = -y1_2_4_b_z
+    out[10 * S + k] = t602
+    out[11 * S + k] = y1_2_6_n_y
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = t1373 + 4.0 * (w_2_xy * S_2_12)
+    out[14 * S + k] = -t1397
+    out[15 * S + k] = s_4 * t1231 - c_4 * t1220 - q_3 * t1293
+    out[16 * S + k] = c_4 * t1322 + s_4 * t1265 - q_3 * t1331
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = yc_2_2_y
+    out[19 * S + k] = -C_2_n_z
+    out[20 * S + k] = -y1_3_3_b_z
+    out[21 * S + k] = t515 - t498
+    out[22 * S + k] = -y1_3_5_b_z
+    out[23 * S + k] = y1_4_6_n_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = t1125 - t29 * t375 - w_1_zz * h_4t_y
+    out[26 * S + k] = t34 * 6.470000000000001
+    out[27 * S + k] = t1208
+    out[28 * S + k] = -t1318
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = yc_2_3_y
+    out[31 * S + k] = t664
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = -C_4_f_z
+    out[34 * S + k] = y1_5_5_f_y
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = t489 * t946 + t1380 - t175 * t954 - S_2_12 * t945
+    out[38 * S + k] = t1130 - t175 * t956
+    out[39 * S + k] = t1244 - t435
+    out[40 * S + k] = t1325
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = yc_2_4_y
+    out[43 * S + k] = -t677
+    out[44 * S + k] = t679
+    out[45 * S + k] = K_5_a
+    out[46 * S + k] = y1_5_5_n_y
+    out[47 * S + k] = y1_5_6_n_y
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = t1388 - y0_3_5_b_x * t945 - h_5t_x * t951
+    out[50 * S + k] = t1402
+    out[51 * S + k] = y0_5_5_n_x * t973 + t1411
+    out[52 * S + k] = t1265
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = yc_2_5_y
+    out[55 * S + k] = -t703
+    out[56 * S + k] = t707
+    out[57 * S + k] = -t714
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = -y1_6_6_n_y
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = y0_5_6_n_y * t946 + (t1392 - y0_4_6_n_y * t945)
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = t1414 - omega_4r_y * y1_5_6_n_x
+    out[64 * S + k] = t1419
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = y1_2_6_n_y
+    out[67 * S + k] = t731
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = t733
+    out[70 * S + k] = t736
+    out[71 * S + k] = 0.0
+    factor_1_0 = -t839
+    factor_2_0 = -t818
+    factor_2_1 = t820
+    factor_3_0 = t799
+    factor_3_1 = -t800
+    factor_3_2 = t802
+    factor_4_0 = t594 * -8.148888119704473
+    factor_4_1 = t770
+    factor_4_2 = t772
+    factor_4_3 = t774
+    factor_5_0 = t639 * -49.26108374384237
+    factor_5_1 = y0_4_6_n_x * -49.26108374384237
+    factor_5_3 = t759
+    reciprocal_0 = -t919
+    reciprocal_1 = -t838
+    reciprocal_2 = -t817
+    reciprocal_3 = -t798
+    reciprocal_4 = 8.148888119704473
+    reciprocal_5 = 49.26108374384237
+    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7783,7 +8503,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 6:
         raise ValueError("tau must have 6 entries")
     out = np.empty(72)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, 0, 1, _together)
     return out.reshape((6, 12))
 
 
@@ -7798,7 +8518,9 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 6 entries")
     if out.size != 72:
         raise ValueError("out must have 72 entries")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7806,7 +8528,7 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 90:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 90 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian(both[0:6], both[6:12], both[12:18], both[18:], 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(both[0:6], both[6:12], both[12:18], both[18:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7978,142 +8700,135 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     p_hand_added_inertia_inertia = p[41]
     s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
     # link 6 (hand): base parameters
-    t58 = p_hand_inertia_zz * 0.5
-    t59 = p_hand_inertia_yy * 0.5
-    t60 = p_hand_inertia_xx * 0.5
-    J_6_xx = t58 + t59 - t60
-    t63 = t58 - t59
-    J_6_yy = t60 + t63
+    t58 = p_hand_inertia_xx * 0.5
+    t59 = p_hand_inertia_zz * 0.5
+    t60 = p_hand_inertia_yy * 0.5
+    J_6_xx = t59 + t60 - t58
+    t63 = t60 - t59
+    J_6_yy = t58 - t63
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
     t67 = p_wrist_bend_inertia_xx * 0.5
     t68 = p_wrist_bend_inertia_yy * 0.5
-    t69 = t67 - t68
+    t69 = t68 - t67
     t70 = p_wrist_bend_mass * p_wrist_bend_com_z
-    t76 = t63 - t60 - p_hand_com_z * J_6_z1 - t67 - t68 - p_wrist_bend_com_z * t70
+    t75 = p_hand_com_z * J_6_z1 + (t63 + (t58 + (t67 + t68)))
+    t76 = p_wrist_bend_com_z * t70 + t75
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
     t78 = p_wrist_bend_com_z * J_5_z1
     t79 = J_6_z1 + t70
     # link 4 (wrist_roll): base parameters
-    t81 = p_wrist_roll_inertia_yy * 0.5
-    t82 = p_wrist_roll_inertia_xx * 0.5
-    t83 = p_wrist_roll_inertia_zz * 0.5
-    t84 = t81 - t82
-    J_4_xx = t83 + t84
+    t81 = p_wrist_roll_inertia_xx * 0.5
+    t82 = p_wrist_roll_inertia_yy * 0.5
+    t83 = t81 - t82
+    t84 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t84 - t83
     t86 = p_wrist_roll_mass * p_wrist_roll_com_z
-    t91 = t82 + (t81 + (t69 + p_wrist_bend_com_y * J_5_z1)) - t83
-    J_4_yy = p_wrist_roll_com_z * t86 + t91
+    t91 = t69 + t84 - p_wrist_bend_com_y * J_5_z1 - t81 - t82
+    t92 = t91 - p_wrist_roll_com_z * t86
     t93 = p_wrist_roll_mass * p_wrist_roll_com_y
     t94 = p_wrist_roll_com_z * t93
     J_4_y1 = J_5_z1 + t86
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t101 = p_boom_dh_a * p_boom_dh_a
-    t106 = p_boom_mass * p_boom_com_z
-    t108 = p_boom_dh_a * t93 - p_boom_dh_a * t106
-    J_3_x1 = p_boom_dh_a * p_boom_mass + p_boom_dh_a * J_4_11
-    t113 = t93 - t106
+    t100 = p_boom_dh_a * p_boom_mass
+    t102 = p_boom_dh_a * t93 - p_boom_com_z * t100
+    J_3_x1 = t100 + p_boom_dh_a * J_4_11
+    t105 = p_boom_mass * p_boom_com_z
+    t107 = t93 - t105
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t118 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
-    t119 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
-    t120 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
-    J_2_xx = t118 + t119 - t120
-    # solve: L D L^T
-    t123 = t118 - t119
-    # link 2 (shoulder_tilt): base parameters
-    t126 = t84 - t83 - p_wrist_roll_com_y * t93 - p_boom_com_z * t106
-    t128 = t123 + (t126 - t120)
+    t110 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t112 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t114 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    J_2_xx = t110 + (t114 - t112)
+    t117 = t114 - t110
+    t120 = p_boom_com_z * t105 + (p_wrist_roll_com_y * t93 + (t83 + t84))
+    t122 = t112 + (t120 - t117)
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
     # link 1 (shoulder_pan): base parameters
-    t132 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
-    t136 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
+    t127 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t138 = qd_1 * s_2
-    t139 = qd_1 * c_2
+    t129 = qd_1 * s_2
+    t130 = qd_1 * c_2
     # link 2 (shoulder_tilt): acceleration
-    t141 = p_g * s_2
-    t142 = p_g * c_2
+    t132 = p_g * s_2
+    t133 = p_g * c_2
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t138 * t139
-    t144 = qd_2 * t138
-    w_2_xx = t138 * t138
+    w_2_xy = t129 * t130
+    t135 = qd_2 * t129
+    w_2_xx = t129 * t129
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t148 = w_2_xx + w_2_zz
+    t138 = w_2_xx + w_2_zz
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t149 = w_1_zz - t148
+    t139 = w_1_zz - t138
     # link 3 (boom): acceleration of its frame
-    omega_2s_x = t138 * -2.0
+    omega_2s_x = t129 * -2.0
     omega_2s_z = qd_2 * 2.0
     # link 3 (boom): products of angular velocity
-    w_3_zz = t139 * t139
+    w_3_zz = t130 * t130
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t148 - w_3_zz
+    U_3_xx = w_2_zz - t138 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t165 = s_4 * t138 + qd_2 * c_4
-    omega_4r_y = qd_2 * s_4 - c_4 * t138
+    t155 = s_4 * t129 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t129
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t139
+    omega_4_z = qd_4 + t130
     # link 4 (wrist_roll): products of angular velocity
-    t171 = t165 * omega_4r_y
-    t172 = t165 * omega_4_z
-    w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t165 * t165
+    t161 = t155 * omega_4r_y
+    t162 = t155 * omega_4_z
+    w_4_xx = t155 * t155
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): acceleration field U
-    t176 = w_4_xx + w_4_zz
+    t165 = w_4_xx + w_4_zz
     # link 4 (wrist_roll): Euler, inertial moment
-    t178 = t148 - t176
+    t167 = t138 - t165
     # link 5 (wrist_bend): angular velocity of link 4
-    t185 = s_5 * omega_4_z + c_5 * t165
-    omega_5r_y = s_5 * t165 - c_5 * omega_4_z
+    t174 = s_5 * omega_4_z + c_5 * t155
+    omega_5r_y = s_5 * t155 - c_5 * omega_4_z
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t190 = t185 * omega_5r_y
-    t191 = t185 * omega_5_z
-    w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t185 * t185
+    t179 = t174 * omega_5r_y
+    t180 = t174 * omega_5_z
+    w_5_xx = t174 * t174
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    t195 = w_5_xx + w_5_zz
+    t183 = w_5_xx + w_5_zz
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_y = t79 * t195
+    F_5_y = t79 * t183
     # link 5 (wrist_bend): Euler, inertial moment
-    t197 = t176 - t195
+    t185 = t165 - t183
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t185
-    omega_6r_y = s_6 * t185 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t174
+    omega_6r_y = s_6 * t174 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
-    # link 6 (hand): products of angular velocity
-    w_6_xz = omega_6r_x * omega_6_z
-    w_6_yz = omega_6r_y * omega_6_z
-    w_6_xx = omega_6r_x * omega_6r_x
     # link 6 (hand): Euler, inertial moment
     S_6_d = J_6_xx - J_6_yy
     y0_6_6_n_z = J_6_xx + J_6_yy
     # link 2 (shoulder_tilt): twice the velocity of its frame
     v_2b_x = -2.0 * (qd_1 * p_shoulder_tilt_dh_d)
     v_2r_x = c_2 * v_2b_x
-    t221 = s_2 * v_2b_x
-    omega_2s_y = t139 * -2.0
+    t206 = s_2 * v_2b_x
+    omega_2s_y = t130 * -2.0
     # link 3 (boom): twice the velocity of its frame
-    v_3b_x = v_2r_x + 2.0 * (q_3 * qd_2)
-    t226 = q_3 * omega_2s_x
+    t209 = 2.0 * (q_3 * qd_2)
+    t210 = q_3 * omega_2s_x
+    omega_3s_x = qd_2 * -2.0
     # link 4 (wrist_roll): twice the velocity of its frame
-    v_4b_y = v_3b_x - p_boom_dh_a * omega_2s_y
-    v_4b_z = t221 + qd_3 * 2.0 - p_boom_dh_a * omega_2s_x
-    v_4r_x = s_4 * v_4b_y + c_4 * t226
-    v_4r_y = c_4 * v_4b_y - s_4 * t226
-    omega_4s_x = -2.0 * t165
+    v_4b_y = v_2r_x + t209 - p_boom_dh_a * omega_2s_y
+    v_4b_z = t206 + qd_3 * 2.0 - p_boom_dh_a * omega_2s_x
+    v_4r_x = s_4 * v_4b_y + c_4 * t210
+    v_4r_y = c_4 * v_4b_y - s_4 * t210
+    omega_4s_x = -2.0 * t155
     omega_4s_y = 2.0 * omega_4r_y
     omega_4s_z = 2.0 * omega_4_z
     # link 5 (wrist_bend): twice the velocity of its frame
-    omega_5s_x = -2.0 * t185
+    omega_5s_x = -2.0 * t174
     omega_5s_y = 2.0 * omega_5r_y
     omega_5s_z = 2.0 * omega_5_z
     # link 6 (hand): twice the velocity of its frame
@@ -8125,236 +8840,237 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     S_6_a = S_6_d * ss_6
     S_6_b = S_6_d * sc_6
     S_6t_22 = J_6_yy + S_6_a
-    K_6o_12 = 2.0 * (qd_6 * J_6_xx)
-    K_6o_21 = -2.0 * (qd_6 * J_6_yy)
-    K_6_p = K_6o_12 + K_6o_21
-    K_6_a = sc_6 * K_6_p
-    t261 = ss_6 * K_6_p
-    K_6t_12 = K_6o_12 - t261
-    K_6t_21 = K_6o_21 - t261
+    t243 = 2.0 * (qd_6 * J_6_xx)
+    t244 = 2.0 * (qd_6 * J_6_yy)
+    t245 = t244 - t243
+    t246 = sc_6 * t245
+    K_6_a = -t246
+    t248 = ss_6 * t245
+    K_6t_12 = t243 + t248
+    t250 = t244 - t248
     # link 5 (wrist_bend): composite body
-    S_5_11 = J_6_xx - t69 - S_6_a
+    S_5_11 = J_6_xx + t69 - S_6_a
     # link 5 (wrist_bend): composite body, before its turn
     ss_5 = s_5 * s_5
     sc_5 = c_5 * s_5
-    S_5_d = t76 + S_5_11
-    S_5_a = ss_5 * S_5_d
-    S_5_b = sc_5 * S_5_d
+    t255 = t76 - S_5_11
+    t256 = ss_5 * t255
+    t257 = sc_5 * t255
     S_5t_13 = s_5 * t78 + c_5 * S_6_b
-    t274 = t76 - S_5_a
+    t261 = t76 - t256
     S_5t_23 = s_5 * S_6_b - c_5 * t78
     h_5t_x = s_5 * t79
     y0_5_5_f_x = c_5 * t79
-    K_5o_12 = 2.0 * (qd_5 * S_5_11)
-    K_5o_21 = 2.0 * (qd_5 * t76)
-    K_5o_31 = K_6t_21 + 2.0 * (qd_5 * t78)
+    t270 = t250 - 2.0 * (qd_5 * t78)
     K_5o_32 = 2.0 * (qd_5 * S_6_b)
-    K_5_p = K_5o_12 + K_5o_21
-    C_4_n_z = K_6_a * ss_5 - sc_5 * K_5_p
-    t295 = ss_5 * K_5_p + K_6_a * sc_5
-    t296 = K_6_a - C_4_n_z
-    K_5t_12 = K_5o_12 - t295
+    t274 = 2.0 * (qd_5 * S_5_11)
+    t275 = 2.0 * (qd_5 * t76)
+    t276 = t275 - t274
+    K_5_a = t246 * ss_5 - sc_5 * t276
+    t282 = ss_5 * t276 + t246 * sc_5
+    t283 = t246 - K_5_a
+    K_5t_12 = t274 + t282
     K_5t_13 = c_5 * K_6t_12
-    K_5t_21 = K_5o_21 - t295
+    t286 = t275 - t282
     K_5t_23 = s_5 * K_6t_12
-    t303 = s_5 * K_5o_32 - c_5 * K_5o_31
-    K_5t_32 = s_5 * K_5o_31 + c_5 * K_5o_32
+    t290 = s_5 * K_5o_32 + c_5 * t270
+    t293 = s_5 * t270 - c_5 * K_5o_32
     l_5o_x = 2.0 * (qd_5 * t79)
     l_5t_x = c_5 * l_5o_x
     l_5t_y = s_5 * l_5o_x
     # link 4 (wrist_roll): composite body
-    S_4_11 = J_4_xx + S_5_11 - S_5_a
-    S_4_22 = J_4_yy + S_6t_22
-    t314 = t94 + S_5t_23
+    S_4_11 = t256 + (J_4_xx + S_5_11)
+    t300 = t92 - S_6t_22
+    t301 = t94 + S_5t_23
     # link 4 (wrist_roll): composite body, before its turn
     ss_4 = s_4 * s_4
     sc_4 = c_4 * s_4
-    S_4_d = S_4_11 - S_4_22
+    S_4_d = S_4_11 + t300
     S_4_p = 2.0 * S_5t_13
     S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
-    t326 = s_4 * t314 - c_4 * S_5_b
-    S_4t_22 = S_4_22 + S_4_a
-    t331 = c_4 * h_5t_x
-    t332 = s_4 * J_4_y1 - t331
+    t313 = s_4 * t301 + c_4 * t257
+    t317 = c_4 * h_5t_x
+    t318 = s_4 * J_4_y1 - t317
     h_4t_y = c_4 * J_4_y1 + s_4 * h_5t_x
-    t336 = qd_4 * S_4_p
-    t337 = t296 + t336
+    t322 = qd_4 * S_4_p
+    t323 = t283 - t322
     K_4o_12 = K_5t_13 + 2.0 * (qd_4 * S_4_11)
-    t343 = t303 + 2.0 * (qd_4 * S_4_22)
-    K_4o_22 = K_6_a + t336
-    t347 = K_5t_21 - 2.0 * (qd_4 * t314)
-    t350 = K_5t_23 + 2.0 * (qd_4 * S_5_b)
-    t351 = t337 + K_4o_22
-    K_4_p = K_4o_12 - t343
-    t355 = ss_4 * t351 - sc_4 * K_4_p
-    t358 = sc_4 * t351 + ss_4 * K_4_p
-    K_3t_12 = t343 + t358
-    K_4t_22 = K_4o_22 - t355
+    t329 = t290 - 2.0 * (qd_4 * t300)
+    t330 = t246 - t322
+    K_4o_31 = t286 + 2.0 * (qd_4 * t301)
+    t336 = K_5t_23 - 2.0 * (qd_4 * t257)
+    t337 = t323 + t330
+    K_4_p = K_4o_12 - t329
+    t341 = ss_4 * t337 + sc_4 * K_4_p
+    t344 = sc_4 * t337 - ss_4 * K_4_p
+    K_3t_12 = t329 - t344
+    t348 = t330 - t341
     l_4o_x = l_5t_x - 2.0 * (qd_4 * J_4_y1)
     l_4o_y = 2.0 * (qd_4 * h_5t_x)
     l_4t_x = c_4 * l_4o_x - s_4 * l_4o_y
     l_4t_y = c_4 * l_4o_y + s_4 * l_4o_x
     # link 3 (boom): composite body
-    t380 = p_boom_dh_a * t332
-    S_3_11 = S_4_11 - S_4_a - 2.0 * t380
+    t366 = p_boom_dh_a * t318
+    S_3_11 = S_4_11 - S_4_a - 2.0 * t366
     S_3_12 = p_boom_dh_a * h_4t_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
-    h_3_x = J_3_x1 - t332
-    t390 = t113 - y0_5_5_f_x
+    h_3_x = J_3_x1 - t318
+    t376 = t107 - y0_5_5_f_x
     # link 3 (boom): composite body: flow of its moments
-    t393 = t337 - t355 - p_boom_dh_a * l_4t_x
-    K_3_12 = p_boom_dh_a * l_4t_y + (K_4o_12 - t358)
+    t379 = p_boom_dh_a * l_4t_x + (t323 - t341)
     # link 3 (boom): composite body, before its turn
-    t403 = c_4 * K_5t_32 + s_4 * K_5t_12 - 2.0 * (qd_3 * h_4t_y)
-    t405 = K_4t_22 + t393
-    t406 = t393 - t405
-    K_3t_22 = K_4t_22 - t405
-    t410 = l_5t_y - 2.0 * (qd_3 * J_3_11)
-    t411 = q_3 * J_3_11
-    h_3b_y = t390 - t411
+    K_3o_23 = c_4 * t293 - s_4 * K_5t_12 + 2.0 * (qd_3 * h_4t_y)
+    t388 = l_5t_y - 2.0 * (qd_3 * J_3_11)
+    t389 = q_3 * J_3_11
+    h_3b_y = t376 - t389
     # link 2 (shoulder_tilt): composite body
-    S_2_11 = S_4t_22 - S_3_11 + (J_2_xx + S_3_11)
-    S_2_12 = c_4 * t314 + s_4 * S_5_b - q_3 * h_4t_y
-    t422 = q_3 * h_3b_y + (q_3 * t390 + (t128 + t274))
-    t426 = t108 - t326 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
+    S_2_11 = S_4_a + (J_2_xx - t300)
+    S_2_12 = c_4 * t301 - s_4 * t257 - q_3 * h_4t_y
+    t399 = t122 + t261 - q_3 * (t376 + h_3b_y)
+    t403 = t102 - t313 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
     # link 2 (shoulder_tilt): composite body: flow of its moments
-    K_2_21 = c_4 * t350 + s_4 * t347 - q_3 * l_4t_y
-    t433 = q_3 * t410 + (C_4_n_z + 2.0 * (qd_3 * t390))
-    t436 = c_4 * t347 - s_4 * t350 - q_3 * l_4t_x
+    t406 = c_4 * t336 - s_4 * K_4o_31 - q_3 * l_4t_y
+    t411 = K_5_a - q_3 * t388 - 2.0 * (qd_3 * t376)
+    K_2_23 = q_3 * l_4t_x + (c_4 * K_4o_31 + s_4 * t336)
     # link 2 (shoulder_tilt): composite body, before its turn
     ss_2 = s_2 * s_2
     sc_2 = c_2 * s_2
-    S_2_d = S_2_11 + t422
+    S_2_d = S_2_11 - t399
     S_2_p = 2.0 * S_2_12
-    t447 = qd_2 * S_2_p
-    t448 = t406 + t447
-    K_2_d = t433 - t447 - t448
-    K_2_p = t403 + K_2_21 + 2.0 * (qd_2 * S_2_11) + 2.0 * (qd_2 * t422)
-    t460 = p_shoulder_tilt_dh_d * J_3_11
+    t425 = qd_2 * S_2_p
+    t426 = t348 + t425
+    t436 = h_3_x - p_shoulder_tilt_dh_d * J_3_11
+    # link 1 (shoulder_pan): composite body: flow of its moments
+    t437 = p_shoulder_tilt_dh_d * l_4t_x
     # link 1 (shoulder_pan): Coriolis terms
-    C_1_n_z = K_3t_22 - t448 - ss_2 * K_2_d - sc_2 * K_2_p - p_shoulder_tilt_dh_d * l_4t_x
+    t440 = sc_2 * (K_3o_23 - t406 - 2.0 * (qd_2 * S_2_d)) + (ss_2 * (t426 + (t411 + t425)) + (t379 - t426))
     # link 2 (shoulder_tilt): second change of its axis
-    t471 = t139 * t221 - t138 * v_2r_x
+    t445 = t130 * t206 - t129 * v_2r_x
     # link 2 (shoulder_tilt): Coriolis terms
     C_2_f_y = l_4t_y - omega_2s_z * h_3b_y
-    t476 = omega_2s_x * h_4t_y
-    t478 = omega_2s_x * S_2_12
-    C_2_n_x = t478 + (K_3_12 - omega_2s_y * t422) - omega_2s_z * t426
-    t485 = omega_2s_y * S_2_12
-    t487 = s_4 * K_5t_32 - c_4 * K_5t_12 - p_boom_dh_a * l_5t_y
-    t491 = omega_2s_x * S_2_11 + (t487 + 2.0 * (qd_3 * h_3_x) - omega_2s_z * S_3_12)
-    t493 = t406 + t433
-    C_2_c_y = omega_2s_x * t422 + (t436 + t485)
+    t450 = omega_2s_x * h_4t_y
+    t452 = omega_2s_x * S_2_12
+    t456 = omega_2s_y * t399 + (p_boom_dh_a * l_4t_y + (K_4o_12 + t344))
+    C_2_n_x = t452 + t456 - omega_2s_z * t403
+    t461 = omega_2s_y * S_2_12
+    t464 = p_boom_dh_a * l_5t_y + (s_4 * t293 + c_4 * K_5t_12)
+    t467 = omega_2s_z * S_3_12 + t464 - omega_2s_x * S_2_11 - t461
+    C_2_n_y = t467 - 2.0 * (qd_3 * h_3_x)
+    t470 = t348 - t411
     # link 2 (shoulder_tilt): change with its position
     G_2_0 = w_2_xy * 2.0
-    G_2_1 = t149 + (w_2_zz - w_2_xx)
+    t479 = w_2_xx - w_2_zz - t139
     # link 3 (boom): Coriolis terms
-    C_3_f_y = J_3_11 * omega_2s_z
-    C_3_n_x = omega_2s_z * t390
-    t525 = omega_2s_x * t390
-    t529 = omega_2s_y * h_3_x
-    t534 = J_3_11 * t226 + (omega_2s_y * h_4t_y + (l_4t_x - t525))
+    t499 = J_3_11 * omega_3s_x
+    t500 = omega_3s_x * t376
+    t501 = omega_2s_x * t376
+    t509 = J_3_11 * t210 + (l_4t_x - t501) - 2.0 * (t130 * h_4t_y)
     # link 3 (boom): change with its position
-    t535 = J_3_11 * t148
+    t510 = J_3_11 * t138
     # link 4 (wrist_roll): Coriolis terms
-    t542 = omega_4s_z * h_5t_x
+    t517 = omega_4s_z * h_5t_x
     C_4_f_y = l_5t_x - J_4_y1 * omega_4s_z
     C_4_f_z = omega_4s_x * h_5t_x + J_4_y1 * omega_4s_y
-    t548 = omega_4s_x * S_5t_13
-    C_4_n_x = omega_4s_y * S_4_22 + (K_5t_21 + t548 - omega_4s_z * t314)
-    t556 = omega_4s_y * S_5t_13
-    C_4_n_y = K_5t_23 + omega_4s_z * S_5_b - omega_4s_x * S_4_11 - t556
-    C_4_c_x = omega_4s_y * S_4_11 + (K_5t_12 - t548 - v_4b_z * h_5t_x)
-    C_4_c_y = K_5t_32 + t556 - J_4_y1 * v_4b_z - omega_4s_x * S_4_22
-    t576 = v_4r_x * h_5t_x + (C_4_n_z + omega_4s_x * t314 - omega_4s_y * S_5_b)
-    C_4_c_z = J_4_y1 * v_4r_y + t576
+    t523 = omega_4s_x * S_5t_13
+    t528 = omega_4s_y * t300 + (omega_4s_z * t301 + (t286 - t523))
+    t531 = omega_4s_y * S_5t_13
+    C_4_n_y = K_5t_23 - omega_4s_z * t257 - omega_4s_x * S_4_11 - t531
+    C_4_c_x = omega_4s_y * S_4_11 + (K_5t_12 - t523 - v_4b_z * h_5t_x)
+    t544 = J_4_y1 * v_4b_z + (t293 - t531) - omega_4s_x * t300
+    t551 = K_5_a - omega_4s_x * t301 - omega_4s_y * t257 - v_4r_x * h_5t_x
+    t552 = t551 - J_4_y1 * v_4r_y
     # link 4 (wrist_roll): change with its position
-    G_4_0 = -2.0 * t171
-    G_4_1 = t178 + (w_4_zz - w_4_xx)
+    G_4_0 = -2.0 * t161
+    t555 = w_4_xx - w_4_zz - t167
     # link 5 (wrist_bend): Coriolis terms
     C_5_f_y = t79 * omega_5s_z
-    t601 = t79 * omega_5s_y
-    t605 = t76 * omega_5s_y + (K_6t_21 + t78 * omega_5s_z)
-    t608 = omega_5s_x * S_5_11 + omega_5s_z * S_6_b
-    t610 = K_6t_12 - omega_5s_y * S_5_11
-    C_5_c_y = t76 * omega_5s_x + t79 * v_4r_y
-    t618 = K_6_a - t78 * omega_5s_x - t79 * (s_5 * v_4r_x + c_5 * v_4b_z)
-    t619 = t618 - omega_5s_y * S_6_b
+    t575 = t79 * omega_5s_y
+    C_5_n_x = t76 * omega_5s_y + (t250 - t78 * omega_5s_z)
+    t582 = omega_5s_x * S_5_11 + omega_5s_z * S_6_b
+    t584 = K_6t_12 - omega_5s_y * S_5_11
+    t587 = t76 * omega_5s_x - t79 * v_4r_y
+    t592 = t79 * (s_5 * v_4r_x + c_5 * v_4b_z) + (t246 + t78 * omega_5s_x)
+    t593 = omega_5s_y * S_6_b + t592
     # link 5 (wrist_bend): change with its position
-    G_5_0 = -2.0 * t190
-    G_5_1 = t197 + (w_5_zz - w_5_xx)
-    t624 = F_5_y + t79 * G_5_1
+    G_5_0 = -2.0 * t179
+    t596 = w_5_xx - w_5_zz - t185
+    t598 = F_5_y - t79 * t596
     # link 6 (hand): Coriolis terms
     C_6_n_x = J_6_yy * omega_6s_y
-    t634 = J_6_xx * omega_6s_x
+    t608 = J_6_xx * omega_6s_x
     C_6_c_x = J_6_xx * omega_6s_y
-    t636 = J_6_yy * omega_6s_x
+    t610 = J_6_yy * omega_6s_x
     # link 6 (hand): change with its position
-    G_6_1 = t195 - 2.0 * w_6_xx
+    G_6_1 = t183 - 2.0 * (omega_6r_x * omega_6r_x)
     P_6_n_z = S_6_d * G_6_1
     # link 2 (shoulder_tilt): effort with joint 2
-    t641 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
-    t647 = p_shoulder_tilt_dh_d * (c_2 * (t410 + omega_2s_z * h_4t_y) + s_2 * C_2_f_y)
-    t649 = s_2 * C_2_n_x - c_2 * (t485 + t491) - t647
-    yc_2_2_y = c_2 * C_2_c_y - s_2 * (K_3t_12 + t478 - omega_2s_y * S_2_11)
+    t616 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
+    t622 = p_shoulder_tilt_dh_d * (c_2 * (t388 + omega_2s_z * h_4t_y) + s_2 * C_2_f_y)
+    t624 = s_2 * C_2_n_x + c_2 * C_2_n_y - t622
+    t627 = c_2 * (omega_2s_x * t399 + (K_2_23 - t461)) + s_2 * (K_3t_12 + t452 - omega_2s_y * S_2_11)
+    yc_2_2_y = -t627
     # link 3 (boom): effort with joint 3
-    t656 = C_3_n_x - q_3 * C_3_f_y
+    t631 = q_3 * t499
+    y1_3_3_b_z = t500 - t631
     # link 2 (shoulder_tilt): effort with joint 3
-    t661 = p_shoulder_tilt_dh_d * c_2
-    t663 = s_2 * (t525 - omega_2s_x * t411) - c_2 * (t476 - omega_2s_z * h_3_x)
-    y1_2_3_b_z = t663 - C_3_f_y * t661
-    t666 = s_2 * t534
+    t635 = p_shoulder_tilt_dh_d * c_2
+    t637 = s_2 * (t501 - omega_2s_x * t389) - c_2 * (t450 + omega_3s_x * h_3_x)
+    y1_2_3_b_z = t499 * t635 + t637
+    t641 = s_2 * t509
+    yc_2_3_y = -t641
     # link 4 (wrist_roll): effort with joint 4
-    y0_4_4_n_z = S_4_11 + S_4_22
-    t668 = t380 - y0_4_4_n_z
-    t674 = s_4 * t542 - c_4 * C_4_f_y
-    y1_4_4_b_z = C_4_n_z - p_boom_dh_a * t674
-    yc_4_4_y = s_4 * C_4_c_x + c_4 * C_4_c_y
+    y0_4_4_n_z = S_4_11 - t300
+    t644 = t366 - y0_4_4_n_z
+    t650 = s_4 * t517 - c_4 * C_4_f_y
+    t653 = s_4 * C_4_n_y + c_4 * t528
+    yc_4_4_y = s_4 * C_4_c_x - c_4 * t544
     # link 3 (boom): effort with joint 4
-    y0_3_4_b_z = t326 - q_3 * t332
-    t693 = c_4 * C_4_n_y + s_4 * C_4_n_x - p_boom_dh_a * C_4_f_z
-    y1_3_4_b_x = t693 - q_3 * (s_4 * C_4_f_y + c_4 * t542)
-    y1_3_4_b_z = s_4 * C_4_n_y - c_4 * C_4_n_x - q_3 * t674
+    y0_3_4_b_z = t313 - q_3 * t318
+    y1_3_4_b_x = c_4 * C_4_n_y - s_4 * t528 - p_boom_dh_a * C_4_f_z - q_3 * (s_4 * C_4_f_y + c_4 * t517)
+    t670 = q_3 * t650
+    y1_3_4_b_z = t653 - t670
     # link 2 (shoulder_tilt): effort with joint 4
-    t705 = p_shoulder_tilt_dh_d * (c_2 * t674 - s_2 * C_4_f_z)
-    y1_2_4_b_z = t705 + (c_2 * y1_4_4_b_z - s_2 * y1_3_4_b_x)
-    t710 = c_2 * C_4_c_z - s_2 * yc_4_4_y
+    t680 = p_shoulder_tilt_dh_d * (c_2 * t650 - s_2 * C_4_f_z)
+    t681 = c_2 * (K_5_a + p_boom_dh_a * t650) + s_2 * y1_3_4_b_x
+    t682 = t681 - t680
+    yc_2_4_y = c_2 * t552 + s_2 * yc_4_4_y
     # link 5 (wrist_bend): effort with joint 5
-    t711 = t76 - S_5_11
-    t712 = s_5 * C_5_f_y
+    t686 = t76 + S_5_11
+    t687 = s_5 * C_5_f_y
     y1_5_5_f_y = c_5 * C_5_f_y
-    y1_5_5_n_x = s_5 * t608 - c_5 * t605
-    t719 = s_5 * t605 + c_5 * t608
-    t724 = c_5 * t610 + s_5 * C_5_c_y
-    yc_5_5_y = c_5 * C_5_c_y - s_5 * t610
+    y1_5_5_n_x = s_5 * t582 + c_5 * C_5_n_x
+    y1_5_5_n_y = s_5 * C_5_n_x - c_5 * t582
+    t696 = s_5 * t598
+    t699 = c_5 * t584 - s_5 * t587
+    t702 = c_5 * t587 + s_5 * t584
     # link 4 (wrist_roll): effort with joint 5
     y0_4_5_f_x = c_4 * y0_5_5_f_x
     y0_4_5_f_y = s_4 * y0_5_5_f_x
     y0_4_5_b_z = S_5t_23 + p_boom_dh_a * y0_4_5_f_y
-    y1_4_5_f_x = s_4 * t601 - c_4 * t712
-    t742 = c_4 * t601 + s_4 * t712
-    y1_4_5_n_x = c_4 * y1_5_5_n_x + s_4 * K_6_a
-    y1_4_5_b_z = t719 - p_boom_dh_a * t742
-    t755 = c_4 * t619 + s_4 * t724
+    y1_4_5_f_x = s_4 * t575 - c_4 * t687
+    t717 = c_4 * t575 + s_4 * t687
+    t729 = c_4 * t593 - s_4 * t699
     # link 3 (boom): effort with joint 5
-    t759 = c_4 * t711 + s_4 * S_5t_13 - p_boom_dh_a * h_5t_x - q_3 * y0_4_5_f_x
-    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 - s_4 * t711)
-    t765 = p_boom_dh_a * y1_5_5_f_y + (s_4 * y1_5_5_n_x - c_4 * K_6_a)
-    y1_3_5_b_x = q_3 * y1_4_5_f_x + t765
-    t768 = y1_4_5_n_x + q_3 * t742
+    t732 = p_boom_dh_a * h_5t_x + (c_4 * t686 - s_4 * S_5t_13)
+    t733 = q_3 * y0_4_5_f_x + t732
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 + s_4 * t686)
+    t739 = p_boom_dh_a * y1_5_5_f_y + (s_4 * y1_5_5_n_x + c_4 * t246)
+    y1_3_5_b_x = q_3 * y1_4_5_f_x + t739
+    t743 = q_3 * t717 + (c_4 * y1_5_5_n_x - s_4 * t246)
     # link 2 (shoulder_tilt): effort with joint 5
     y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
-    y0_2_5_b_z = c_2 * y0_4_5_b_z + s_2 * t759 - p_shoulder_tilt_dh_d * y0_2_5_f_x
-    t782 = p_shoulder_tilt_dh_d * (c_2 * t742 + s_2 * y1_5_5_f_y)
-    t784 = s_2 * y1_3_5_b_x - c_2 * y1_4_5_b_z - t782
-    t787 = s_2 * t755 - c_2 * yc_5_5_y
+    y0_2_5_b_z = c_2 * y0_4_5_b_z - s_2 * t733 - p_shoulder_tilt_dh_d * y0_2_5_f_x
+    t757 = p_shoulder_tilt_dh_d * (c_2 * t717 + s_2 * y1_5_5_f_y)
+    t758 = s_2 * y1_3_5_b_x + c_2 * (y1_5_5_n_y + p_boom_dh_a * t717)
+    t759 = t758 - t757
+    yc_2_5_y = s_2 * t729 - c_2 * t702
     # link 6 (hand): effort with joint 6
-    y1_6_6_n_x = c_6 * C_6_n_x + s_6 * t634
-    t793 = c_6 * t634 - s_6 * C_6_n_x
-    yc_6_6_x = c_6 * C_6_c_x + s_6 * t636
-    yc_6_6_y = s_6 * C_6_c_x - c_6 * t636
+    y1_6_6_n_x = c_6 * C_6_n_x + s_6 * t608
+    t768 = c_6 * t608 - s_6 * C_6_n_x
+    yc_6_6_x = c_6 * C_6_c_x + s_6 * t610
+    yc_6_6_y = s_6 * C_6_c_x - c_6 * t610
     # link 5 (wrist_bend): effort with joint 6
     y0_5_6_n_x = s_5 * y0_6_6_n_z
-    t801 = c_5 * y0_6_6_n_z
+    t776 = c_5 * y0_6_6_n_z
     y1_5_6_n_x = c_5 * y1_6_6_n_x
     y1_5_6_n_y = s_5 * y1_6_6_n_x
     yc_5_6_x = c_5 * yc_6_6_x
@@ -8362,480 +9078,1266 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     # link 4 (wrist_roll): effort with joint 6
     y0_4_6_n_x = c_4 * y0_5_6_n_x
     y0_4_6_n_y = s_4 * y0_5_6_n_x
-    y1_4_6_n_x = s_4 * t793 + c_4 * y1_5_6_n_x
-    y1_4_6_n_y = s_4 * y1_5_6_n_x - c_4 * t793
+    y1_4_6_n_x = s_4 * t768 + c_4 * y1_5_6_n_x
+    y1_4_6_n_y = s_4 * y1_5_6_n_x - c_4 * t768
     yc_4_6_y = c_4 * yc_6_6_y + s_4 * yc_5_6_x
     # link 2 (shoulder_tilt): effort with joint 6
     y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
     yc_2_6_y = s_2 * yc_4_6_y + c_2 * yc_5_6_y
     # link 4 (wrist_roll): gravity
-    t829 = s_4 * t141
-    t834 = c_2 * t801 - s_2 * y0_4_6_n_y
-    t835 = qd_3 * 0.5
-    t837 = qd_6 * 0.5
-    t839 = qd_4 * 0.5
-    t841 = qd_2 * 0.5
-    t843 = qd_5 * 0.5
-    t852 = qd_1 * 0.5
-    t861 = J_3_11 * v_3b_x + (l_4t_y - C_3_n_x) - t529 - J_3_11 * v_2r_x
-    t862 = t529 + t861
-    t876 = s_4 * C_4_c_y - c_4 * C_4_c_x + (t221 * t332 + (t485 - omega_2s_x * t668))
-    t878 = t476 + omega_2s_z * t332
-    t901 = omega_2s_x * y0_4_5_b_z + (c_4 * t724 - s_4 * t619)
-    t904 = v_2r_x * h_5t_x - (t901 - t221 * y0_4_5_f_y - omega_2s_y * t759)
-    t907 = omega_2s_z * y0_4_5_f_y + omega_2s_x * y0_4_5_f_x
-    t912 = omega_4s_x * t711 - (t556 + yc_5_5_y - v_4r_y * y0_5_5_f_x)
-    t930 = omega_2s_y * y0_4_6_n_y + (s_4 * yc_6_6_y - c_4 * yc_5_6_x)
-    t931 = omega_2s_x * t801 + t930
-    t933 = yc_5_6_y - omega_4s_y * y0_5_6_n_x
-    t935 = yc_6_6_y + y0_6_6_n_z * omega_5s_x
+    t804 = s_4 * t132
+    t809 = c_2 * t776 - s_2 * y0_4_6_n_y
+    t810 = qd_3 * 0.5
+    t812 = qd_6 * 0.5
+    t814 = qd_4 * 0.5
+    t816 = qd_2 * 0.5
+    t818 = qd_5 * 0.5
+    t825 = qd_1 * 0.5
+    t832 = J_3_11 * t209 + (l_4t_y + t500)
+    t845 = t461 - s_4 * t544 - c_4 * C_4_c_x - omega_2s_x * t644
+    t846 = t206 * t318 + t845
+    t849 = t450 - omega_3s_x * t318
+    t871 = omega_2s_x * y0_4_5_b_z + (c_4 * t699 + s_4 * t593)
+    t874 = omega_2s_y * t733 + (t871 - t206 * y0_4_5_f_y - v_2r_x * h_5t_x)
+    t875 = -t874
+    t878 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t883 = omega_4s_x * t686 + (t531 - t702 - v_4r_y * y0_5_5_f_x)
+    t900 = omega_2s_y * y0_4_6_n_y + (s_4 * yc_6_6_y - c_4 * yc_5_6_x)
+    t901 = omega_2s_x * t776 + t900
+    t903 = yc_5_6_y - omega_4s_y * y0_5_6_n_x
+    t905 = yc_6_6_y + y0_6_6_n_z * omega_5s_x
     # effort less bias force
-    t951 = tau_5 + t793 * t837 - t839 * t912 + 0.5 * (qd_5 * K_6_a)
-    t953 = t79 * (c_5 * t829 + s_5 * t142) + t951 - t787 * t852
-    t955 = t841 * t904 + (t953 - t835 * t907)
-    t958 = t839 * t933 + (yc_2_6_y * t852 + (tau_6 - t843 * t935))
-    t959 = t958 - t841 * t931
+    t921 = t79 * (c_5 * t804 + s_5 * t133) + (t814 * t883 + (tau_5 + t768 * t812))
+    t924 = t810 * t878 + (yc_2_5_y * t825 + t921) - t816 * t874
+    t926 = t924 - 0.5 * (qd_5 * t246)
+    t929 = t814 * t903 + (yc_2_6_y * t825 + (tau_6 - t818 * t905))
+    t930 = t929 - t816 * t901
     # solve: L D L^T
-    t961 = 1.0 / (y0_6_6_n_z + p_hand_added_inertia_inertia)
-    t962 = t834 * t961
-    t963 = y0_4_6_n_x * t961
-    t964 = t801 * t961
-    t971 = 1.0 / (t711 - p_wrist_bend_added_inertia_inertia)
-    t972 = y0_2_5_b_z * t971
-    t973 = y0_3_5_b_z * t971
-    t974 = h_5t_x * t971
-    t975 = S_5t_23 * t971
-    t985 = t834 * t964 + (s_2 * S_2_12 + c_2 * t668 - t332 * t661)
-    t986 = t985 - y0_2_5_b_z * t975
-    t989 = y0_3_5_b_z * t975 + (y0_3_4_b_z + y0_4_6_n_x * t964)
-    t990 = h_5t_x * t975
-    t993 = y0_4_4_n_z + p_wrist_roll_added_inertia_inertia - t801 * t964
-    t995 = 1.0 / (S_5t_23 * t975 + t993)
-    t996 = t986 * t995
-    t997 = t989 * t995
-    t998 = t990 * t995
-    t1005 = s_2 * h_3_x - s_2 * t460 - y0_2_5_b_z * t974 - t986 * t998
-    t1008 = h_4t_y + y0_3_5_b_z * t974 - t989 * t998
-    t1011 = h_5t_x * t974 + (J_3_11 + p_boom_added_inertia_inertia)
-    t1013 = 1.0 / (t1011 - t990 * t998)
-    t1014 = t1005 * t1013
-    t1015 = t1008 * t1013
-    t1021 = c_2 * t426 + s_2 * S_3_12 - t641 - t834 * t963 - y0_2_5_b_z * t973
-    t1023 = t1021 - t986 * t997 - t1005 * t1015
-    t1026 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 - t422)
-    t1029 = y0_3_5_b_z * t973 + (t1026 - y0_4_6_n_x * t963) - t989 * t997
-    t1031 = 1.0 / (t1029 - t1008 * t1015)
-    t1032 = t1023 * t1031
-    t1035 = p_shoulder_tilt_com_y * J_2_z1 + (J_4_11 * t101 + p_boom_mass * t101)
-    t1037 = p_shoulder_tilt_dh_d * t132 + (p_shoulder_pan_inertia_yy + t1035)
-    t1040 = S_3_11 + (t136 + (p_shoulder_tilt_dh_d * J_2_z1 + t1037))
-    t1044 = S_2_11 + t1040 - ss_2 * S_2_d - sc_2 * S_2_p - p_shoulder_tilt_dh_d * (h_3_x - t460)
-    t1046 = p_shoulder_pan_added_inertia_inertia + (t1044 - p_shoulder_tilt_dh_d * h_3_x)
-    t1049 = y0_2_5_b_z * t972 + (t1046 - t834 * t962) - t986 * t996
-    t1053 = t123 + (t120 + (t1049 - t1005 * t1014 - t1023 * t1032))
-    t1064 = t835 * t878 + (tau_4 + t141 * t331) - t710 * t852 - J_4_y1 * t829
-    t1067 = y1_5_6_n_y * t837 + (t1064 - 0.5 * (qd_4 * C_4_n_z))
-    t1071 = t955 * t975 + (t1067 - t719 * t843 - t841 * t876 - t959 * t964)
-    t1077 = t841 * t862 + (tau_3 - t666 * t852) - J_3_11 * t142
-    t1080 = y1_5_5_f_y * t843 + (t1077 - 0.5 * (qd_4 * C_4_f_z))
-    t1082 = t998 * t1071 + (t1080 - t955 * t974)
-    t1087 = t768 * t843 + (tau_2 + t656 * t835) - y1_3_4_b_z * t839
-    t1091 = y1_4_6_n_x * t837 + (t1087 + 0.5 * (qd_2 * t493) - t141 * h_3b_y)
-    t1094 = t959 * t963 + (t142 * h_4t_y + (yc_2_2_y * t852 + t1091))
-    t1097 = t1015 * t1082 + (t955 * t973 + t1094 - t997 * t1071)
-    t1101 = y1_2_6_n_y * t837 + (tau_1 - y1_2_3_b_z * t835) - y1_2_4_b_z * t839
-    t1105 = t784 * t843 + (t649 * t841 + t1101) - 0.5 * (qd_1 * C_1_n_z)
-    t1108 = t996 * t1071 + (t955 * t972 + (t1105 - t959 * t962))
-    t1111 = 1.0 / t1053
-    t1112 = (t1032 * t1097 + (t1108 - t1014 * t1082)) * t1111
-    t1119 = t1031 * t1097 + t1032 * t1112
-    t1123 = t1015 * t1119 + (t1013 * t1082 - t1014 * t1112)
-    t1129 = t998 * t1123 + (t995 * t1071 + t996 * t1112 - t997 * t1119)
+    t932 = 1.0 / (y0_6_6_n_z + p_hand_added_inertia_inertia)
+    t933 = t809 * t932
+    t934 = y0_4_6_n_x * t932
+    t935 = -t934
+    t936 = t776 * t932
+    t943 = 1.0 / (t686 + p_wrist_bend_added_inertia_inertia)
+    t944 = y0_2_5_b_z * t943
+    t945 = y0_3_5_b_z * t943
+    t946 = h_5t_x * t943
+    t947 = -t946
+    t948 = S_5t_23 * t943
+    t958 = t809 * t936 + (s_2 * S_2_12 + c_2 * t644 - t318 * t635)
+    t959 = y0_2_5_b_z * t948 + t958
+    t962 = y0_3_4_b_z + y0_4_6_n_x * t936 - y0_3_5_b_z * t948
+    t963 = h_5t_x * t948
+    t966 = y0_4_4_n_z + p_wrist_roll_added_inertia_inertia - t776 * t936
+    t968 = 1.0 / (t966 - S_5t_23 * t948)
+    t969 = t959 * t968
+    t970 = -t969
+    t971 = t962 * t968
+    t972 = t963 * t968
+    t979 = s_2 * t436 + (y0_2_5_b_z * t946 + t959 * t972)
+    t982 = t962 * t972 + (h_4t_y - y0_3_5_b_z * t946)
+    t985 = J_3_11 + p_boom_added_inertia_inertia - h_5t_x * t946
+    t987 = 1.0 / (t985 - t963 * t972)
+    t988 = t979 * t987
+    t989 = t982 * t987
+    t990 = -t989
+    t996 = y0_2_5_b_z * t945 + (c_2 * t403 + s_2 * S_3_12 - t616 - t809 * t934)
+    t998 = t996 - t959 * t971 - t979 * t989
+    t1001 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 + t399)
+    t1004 = t1001 - y0_4_6_n_x * t934 - y0_3_5_b_z * t945 - t962 * t971
+    t1006 = 1.0 / (t1004 - t982 * t989)
+    t1007 = t998 * t1006
+    t1008 = -t1007
+    t1013 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t1018 = p_shoulder_tilt_com_y * J_2_z1 + (p_shoulder_pan_inertia_yy + t117)
+    t1023 = S_2_11 + (S_3_11 + (t127 + t1018)) - ss_2 * S_2_d - sc_2 * S_2_p
+    t1025 = p_shoulder_pan_added_inertia_inertia + t1023 - t809 * t933
+    t1028 = t1025 - y0_2_5_b_z * t944 - t959 * t969 - t979 * t988
+    t1030 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t1028 - t998 * t1007)
+    t1031 = p_shoulder_tilt_dh_d * (t1013 - h_3_x - t436) + t1030
+    t1043 = yc_2_4_y * t825 + (t810 * t849 + (tau_4 + t132 * t317))
+    t1046 = y1_5_5_n_y * t818 + (y1_5_6_n_y * t812 + (t1043 - J_4_y1 * t804))
+    t1051 = t1046 - t816 * t846 - t930 * t936 - t926 * t948 + 0.5 * (qd_4 * K_5_a)
+    t1058 = t816 * t832 + (tau_3 - t641 * t825) - J_3_11 * t133
+    t1061 = t926 * t946 + (y1_5_5_f_y * t818 + t1058) - t972 * t1051
+    t1063 = t1061 - 0.5 * (qd_4 * C_4_f_z)
+    t1069 = t743 * t818 + (tau_2 - y1_3_3_b_z * t810) - y1_3_4_b_z * t814
+    t1072 = y1_4_6_n_x * t812 + (t1069 - t132 * h_3b_y) - t627 * t825
+    t1075 = t930 * t934 + (t133 * h_4t_y + t1072) - t926 * t945
+    t1079 = t989 * t1063 + (t1075 - t971 * t1051) + 0.5 * (qd_2 * t470)
+    t1084 = t682 * t814 + (y1_2_6_n_y * t812 + (tau_1 - y1_2_3_b_z * t810))
+    t1088 = t759 * t818 + (t624 * t816 + t1084) - t930 * t933 - t926 * t944
+    t1091 = t1007 * t1079 + (t969 * t1051 + t1088 - t988 * t1063)
+    t1094 = 1.0 / (t112 + t1031)
+    t1095 = (t1091 - 0.5 * (qd_1 * (t440 - t437))) * t1094
+    t1102 = t1006 * t1079 + t1007 * t1095
+    t1106 = t989 * t1102 + (t987 * t1063 - t988 * t1095)
+    t1112 = t968 * t1051 + t969 * t1095 - t971 * t1102 - t972 * t1106
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    t1137 = c_2 * t1112
-    t1138 = s_2 * t1112
+    t1120 = c_2 * t1095
+    t1121 = s_2 * t1095
     # link 2 (shoulder_tilt): acceleration of its joint
-    t1139 = p_shoulder_tilt_dh_d * t1112
+    t1122 = p_shoulder_tilt_dh_d * t1095
     # link 2 (shoulder_tilt): acceleration
-    t1141 = t141 + c_2 * t1139
-    t1143 = t142 - s_2 * t1139
+    t1124 = t132 + c_2 * t1122
+    t1126 = t133 - s_2 * t1122
     # link 2 (shoulder_tilt): angular acceleration
-    t1144 = t144 - t1137
+    t1127 = t135 - t1120
     # link 2 (shoulder_tilt): acceleration field U
-    t1145 = w_2_xy - t1119
-    t1146 = t144 + t1144
-    t1147 = qd_2 * t139 * 2.0
-    t1148 = t1138 + t1147
+    t1128 = w_2_xy - t1102
+    t1129 = t135 + t1127
+    t1132 = t1121 + 2.0 * (qd_2 * t130)
     # link 3 (boom): acceleration of its frame
-    t1155 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * omega_2s_x - q_3 * t1148
-    t1157 = qd_3 * omega_2s_z - t1141 - q_3 * t1145
-    t1159 = q_3 * t148 - t1123 - t1143
-    # link 3 (boom): acceleration field U
-    t1160 = t1147 - t1148
-    # link 4 (wrist_roll): acceleration field U along the axis
-    t1173 = s_4 * t1145 + c_4 * t1148
-    t1176 = c_4 * t1145 - s_4 * t1148
-    # link 4 (wrist_roll): acceleration of its joint
-    t1177 = p_boom_dh_a * U_3_xx + t1155
-    t1179 = t1157 + p_boom_dh_a * t1137
-    t1181 = t1159 + p_boom_dh_a * t1160
-    # link 4 (wrist_roll): acceleration
-    t1184 = s_4 * t1179 + c_4 * t1177
-    t1187 = c_4 * t1179 - s_4 * t1177
-    # link 4 (wrist_roll): angular acceleration
-    t1188 = t172 - t1173
-    t1189 = t1129 - t1144
-    # link 4 (wrist_roll): acceleration field U
-    t1190 = t171 + t1189
-    t1191 = t172 + t1188
-    t1193 = t1176 + 2.0 * w_4_yz
-    # link 5 (wrist_bend): acceleration field U along the axis
-    t1205 = s_5 * t1193 + c_5 * t1190
-    t1208 = c_5 * t1193 - s_5 * t1190
-    # link 5 (wrist_bend): angular acceleration
-    t1215 = t191 - t1205
-    t1218 = t974 * t1123 + (t955 * t971 - t972 * t1112 - t973 * t1119)
-    t1220 = t1218 - t975 * t1129 - t1188
-    # link 5 (wrist_bend): acceleration field U
-    t1221 = t190 - t1220
-    t1222 = t191 + t1215
-    t1224 = t1208 + 2.0 * w_5_yz
-    # link 5 (wrist_bend): Newton, inertial force
-    t1225 = t79 * t1221
-    # link 6 (hand): angular acceleration
-    t1240 = t963 * t1119 + (t959 * t961 - t962 * t1112) - t964 * t1129
-    # link 6 (hand): acceleration field U
-    t1244 = s_6 * t1224 + 2.0 * w_6_xz - c_6 * t1221
-    t1247 = s_6 * t1221 + (c_6 * t1224 + 2.0 * w_6_yz)
-    # link 6 (hand): Euler, inertial moment
-    t1248 = J_6_yy * t1247
-    t1249 = J_6_xx * t1244
-    # link 5 (wrist_bend): moment from link 4
-    t1257 = s_6 * t1249 + (t78 * t197 - t76 * t1224 - t79 * t1187)
-    t1258 = c_6 * t1248 + t1257
-    t1260 = t69 * t1222 + (S_6_d * (omega_6r_x * omega_6r_y) - t78 * t1221)
-    t1261 = y0_6_6_n_z * (t1240 - t1215) + t1260
-    # link 4 (wrist_roll): force from link 3
-    t1269 = s_5 * F_5_y + J_4_y1 * t1190 - c_5 * t1225
-    t1270 = J_4_y1 * t176 + t79 * t1224
-    t1272 = s_5 * t1225 + (c_5 * F_5_y - J_4_y1 * t1193)
-    # link 4 (wrist_roll): moment from link 3
-    t1275 = s_5 * t1261 + (J_4_yy * t1193 + (t94 * t178 - J_4_y1 * t1181))
-    t1276 = c_5 * t1258 + t1275
-    t1278 = t94 * t1190 + (t190 * (t69 - t76) + J_4_xx * t1191)
-    t1280 = t79 * (s_5 * t1181 + c_5 * t1184) + (t1278 - t78 * t1205)
-    t1283 = s_6 * t1248 + ((t69 + t76) * t1220 + t1280 - c_6 * t1249)
-    # link 4 (wrist_roll): force, before its turn
-    t1288 = s_4 * t1269 + c_4 * t1270
-    # link 3 (boom): force from link 2
-    t1295 = t113 * t1148 + (J_3_x1 * U_3_xx + J_3_11 * t1155) - c_4 * t1269
-    t1296 = s_4 * t1270 + t1295
-    t1299 = J_3_11 * t1157 + (t113 * t1145 + J_3_x1 * t1137) - t1288
+    t1137 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * omega_2s_x - q_3 * t1132
+    t1139 = qd_3 * omega_2s_z - t1124 - q_3 * t1128
     # link 2 (shoulder_tilt): change with its position
-    t1305 = h_3b_y * G_2_1 + (t113 * t148 + h_4t_y * G_2_0) - t138 * l_4t_x
-    t1309 = t1305 - J_3_x1 * t1160 - J_3_11 * t1159 - t1272 - h_3_x * t1138
-    t1313 = h_3_x * t1137 - J_3_11 * t1141
-    t1316 = h_3b_y * G_2_0 + t139 * l_4t_x - h_4t_y * G_2_1 - t1299
-    t1318 = h_4t_y * t1148
-    t1324 = t426 * G_2_0 + (t171 * (J_4_xx - J_4_yy) + t139 * (K_3t_22 - t433))
-    t1327 = J_2_xx * t1146 + (t138 * K_2_21 + (t1324 - S_3_12 * G_2_1))
-    t1330 = t1327 - t108 * t1145 - J_3_x1 * t1157 - (J_4_xx + J_4_yy) * t1189
-    t1333 = J_4_y1 * t1184 + (t94 * t1173 + t1330) - c_5 * t1261
-    t1336 = p_boom_dh_a * t1288 + (s_5 * t1258 + t1333) - h_3_x * t1141
-    t1339 = S_3_11 * t1137 + (S_2_12 * t1148 + (t422 * t1146 + t1336))
-    t1345 = t139 * t403 + (t108 * t149 - t138 * (t406 - K_3t_22))
-    t1348 = t128 * t1148 + (t1345 - S_3_12 * G_2_0 - t426 * G_2_1)
-    t1351 = s_4 * t1276 + (J_3_x1 * t1159 + (t1348 - t113 * t1155))
-    t1354 = q_3 * t1296 + (p_boom_dh_a * t1272 + (c_4 * t1283 + t1351))
-    t1357 = S_2_11 * t1148 + (h_3_x * t1143 + t1354 - S_2_12 * t1146)
+    t1140 = q_3 * t138 - t1106
+    # link 3 (boom): acceleration of its frame
+    t1141 = t1126 - t1140
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t1152 = s_4 * t1128 + c_4 * t1132
+    t1155 = c_4 * t1128 - s_4 * t1132
+    # link 4 (wrist_roll): acceleration of its joint
+    t1156 = p_boom_dh_a * U_3_xx + t1137
+    t1158 = t1139 + p_boom_dh_a * t1120
+    t1160 = t1141 + p_boom_dh_a * t1121
+    # link 4 (wrist_roll): acceleration
+    t1163 = s_4 * t1158 + c_4 * t1156
+    t1166 = c_4 * t1158 - s_4 * t1156
+    # link 4 (wrist_roll): angular acceleration
+    t1167 = t162 - t1152
+    t1168 = t1112 - t1127
+    # link 4 (wrist_roll): acceleration field U
+    t1169 = t161 + t1168
+    t1170 = t162 + t1167
+    t1173 = t1155 + 2.0 * (omega_4r_y * omega_4_z)
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t1185 = s_5 * t1173 + c_5 * t1169
+    t1188 = c_5 * t1173 - s_5 * t1169
+    # link 5 (wrist_bend): angular acceleration
+    t1195 = t180 - t1185
+    t1198 = t946 * t1106 + (t926 * t943 - t944 * t1095 - t945 * t1102)
+    t1200 = t1167 + (t1198 - t948 * t1112)
+    # link 5 (wrist_bend): acceleration field U
+    t1201 = t179 + t1200
+    t1202 = t180 + t1195
+    t1205 = t1188 + 2.0 * (omega_5r_y * omega_5_z)
+    # link 5 (wrist_bend): Newton, inertial force
+    t1206 = t79 * t1201
+    # link 6 (hand): angular acceleration
+    t1221 = t934 * t1102 + (t930 * t932 - t933 * t1095) - t936 * t1112
+    # link 6 (hand): acceleration field U
+    t1226 = s_6 * t1205 - c_6 * t1201 + 2.0 * (omega_6r_x * omega_6_z)
+    t1230 = c_6 * t1205 + s_6 * t1201 + 2.0 * (omega_6r_y * omega_6_z)
+    # link 6 (hand): Euler, inertial moment
+    t1231 = J_6_yy * t1230
+    t1232 = J_6_xx * t1226
+    # link 5 (wrist_bend): moment from link 4
+    t1240 = s_6 * t1232 + (t78 * t185 + t76 * t1205 - t79 * t1166)
+    t1241 = c_6 * t1231 + t1240
+    t1243 = S_6_d * (omega_6r_x * omega_6r_y) - t78 * t1201 - t69 * t1202
+    t1244 = y0_6_6_n_z * (t1221 - t1195) + t1243
+    # link 4 (wrist_roll): force from link 3
+    t1252 = s_5 * F_5_y + J_4_y1 * t1169 - c_5 * t1206
+    t1253 = J_4_y1 * t165 + t79 * t1205
+    t1255 = s_5 * t1206 + (c_5 * F_5_y - J_4_y1 * t1173)
+    # link 4 (wrist_roll): moment from link 3
+    t1258 = s_5 * t1244 + (t94 * t167 + J_4_y1 * t1160 - t92 * t1173)
+    t1259 = c_5 * t1241 + t1258
+    t1262 = t78 * t1185 + (t179 * (t69 - t76) - J_4_xx * t1170 - t94 * t1169)
+    t1264 = t79 * (s_5 * t1160 - c_5 * t1163) + t1262 - (t69 + t76) * t1200
+    t1266 = c_6 * t1232 + t1264 - s_6 * t1231
+    # link 4 (wrist_roll): force, before its turn
+    t1271 = s_4 * t1252 + c_4 * t1253
+    # link 3 (boom): force from link 2
+    t1278 = t107 * t1132 + (J_3_x1 * U_3_xx + J_3_11 * t1137) - c_4 * t1252
+    t1279 = s_4 * t1253 + t1278
+    t1282 = J_3_11 * t1139 + (t107 * t1128 + J_3_x1 * t1120) - t1271
+    # link 2 (shoulder_tilt): change with its position
+    t1288 = t107 * t138 + h_4t_y * G_2_0 - h_3b_y * t479 - t129 * l_4t_x
+    t1294 = h_3_x * t1120 - J_3_11 * t1124
+    t1297 = h_4t_y * t479 + (h_3b_y * G_2_0 + t130 * l_4t_x) - t1282
+    t1299 = h_4t_y * t1132
+    t1306 = t403 * G_2_0 + (t161 * (J_4_xx + t92) + t130 * (t379 + t411))
+    t1309 = t129 * t406 + (S_3_12 * t479 + t1306) - t102 * t1128
+    t1312 = t94 * t1152 + (t1309 - J_3_x1 * t1139 - (J_4_xx - t92) * t1168)
+    t1315 = s_5 * t1241 + (J_4_y1 * t1163 + t1312 - c_5 * t1244)
+    t1318 = S_2_12 * t1132 + (p_boom_dh_a * t1271 + t1315 - h_3_x * t1124)
+    t1327 = t102 * t139 - t129 * (t348 - t379) - t130 * K_3o_23
+    t1330 = t403 * t479 + (t1327 - S_3_12 * G_2_0) - t107 * t1137
+    t1333 = s_4 * t1259 + (t1330 - J_3_x1 * t1141) - c_4 * t1266
+    t1336 = h_3_x * t1126 + (q_3 * t1279 + (p_boom_dh_a * t1255 + t1333))
+    t1339 = S_3_11 * t1121 + (t1336 - S_2_12 * t1129) - t1132 * (t122 - S_2_11)
     # link 3 (boom): change with its position
-    t1363 = J_3_11 * t1145
+    t1344 = J_3_11 * t1128
     # link 4 (wrist_roll): change with its position
-    t1372 = t1270 + (h_5t_x * G_4_0 + J_4_y1 * G_4_1 - t165 * l_5t_y)
-    t1373 = t1372 - y0_5_5_f_x * t1176
-    t1376 = omega_4r_y * l_5t_y + h_5t_x * G_4_1 - J_4_y1 * G_4_0
-    t1378 = y0_5_5_f_x * t1173 + (t1376 - t1269)
-    t1382 = J_4_y1 * t1191 - (t165 * l_5t_x - h_5t_x * t1193)
-    t1389 = S_5_b * G_4_1 + (t165 * t303 + omega_4r_y * t296) - t314 * G_4_0
-    t1392 = t274 * t1173 + (y0_5_5_f_x * t1184 + (t1389 - t1283))
-    t1394 = S_4_22 * t1191 + (S_5t_13 * t1193 + t1392)
-    t1400 = omega_4r_y * K_5t_13 + (t165 * K_6_a + t314 * G_4_1)
-    t1404 = S_4_11 * t1193 + (S_5_b * G_4_0 + t1400 - t1276) - t274 * t1176
-    t1406 = S_5t_13 * t1191 + t1404 - y0_5_5_f_x * t1187
-    t1413 = omega_4r_y * K_5t_12 + (S_4_d * G_4_1 - 2.0 * (S_5t_13 * G_4_0))
-    t1416 = t1413 - S_5_b * t1173 - h_5t_x * t1184 - t314 * t1176
+    t1352 = t1253 + (h_5t_x * G_4_0 - J_4_y1 * t555 - t155 * l_5t_y)
+    t1353 = t1352 - y0_5_5_f_x * t1155
+    t1356 = omega_4r_y * l_5t_y - h_5t_x * t555 - J_4_y1 * G_4_0
+    t1358 = y0_5_5_f_x * t1152 + (t1356 - t1252)
+    t1359 = J_4_y1 * t1170
+    t1361 = t155 * l_5t_x - h_5t_x * t1173
+    t1362 = t1359 - t1361
+    t1369 = t257 * t555 + (t155 * t290 - omega_4r_y * t283) - t301 * G_4_0
+    t1372 = y0_5_5_f_x * t1163 + (t1266 + t1369) - t261 * t1152
+    t1374 = S_5t_13 * t1173 + t1372 - t300 * t1170
+    t1381 = t257 * G_4_0 + (t155 * t246 + t301 * t555 - omega_4r_y * K_5t_13)
+    t1385 = t1259 + t1381 - S_4_11 * t1173 - t261 * t1155 - S_5t_13 * t1170
+    t1386 = y0_5_5_f_x * t1166 + t1385
     # link 5 (wrist_bend): change with its position
-    t1418 = t79 * G_5_0 + t1225
-    t1419 = t79 * t1222
-    t1424 = t78 * G_5_0 + S_6_b * G_5_1 - omega_5r_y * K_6_a - t1261
-    t1426 = t76 * t1222 + (S_6t_22 * t1205 + t1424)
-    t1431 = t1258 + (S_6_b * G_5_0 - t78 * G_5_1) - S_5_11 * t1224
-    t1432 = t1431 - S_6t_22 * t1208
-    t1437 = S_5_d * G_5_1 - omega_5r_y * K_6t_12 - t79 * (s_5 * t1184 - c_5 * t1181)
-    t1439 = t78 * t1208 - (S_6_b * t1205 + t1437)
+    t1391 = t79 * G_5_0 + t1206
+    t1392 = t79 * t1202
+    t1397 = omega_5r_y * t246 + (t78 * G_5_0 - S_6_b * t596) - t1244
+    t1399 = S_6t_22 * t1185 + t1397 - t76 * t1202
+    t1404 = t1241 + (S_6_b * G_5_0 + t78 * t596) - S_5_11 * t1205
+    t1405 = t1404 - S_6t_22 * t1188
+    t1410 = t255 * t596 - omega_5r_y * K_6t_12 - t79 * (s_5 * t1163 + c_5 * t1160)
+    t1412 = t78 * t1188 - (S_6_b * t1185 + t1410)
     # link 6 (hand): change with its position
-    t1441 = t1249 - J_6_yy * t1244
-    t1443 = t1248 - J_6_xx * t1247
+    t1414 = t1232 - J_6_yy * t1226
+    t1416 = t1231 - J_6_xx * t1230
     # link 2 (shoulder_tilt): effort with joint 2
-    t1446 = c_2 * (t1309 - J_3_11 * t1143) + s_2 * (t1313 + t1316)
-    # link 3 (boom): effort with joint 3
-    t1453 = t390 * t1148 + (t148 * h_3_x + t1296) - t411 * t1148
+    t1417 = c_2 * (t318 * t1121 + (t1288 - t1255) - J_3_11 * t1140)
+    t1421 = s_2 * (t1129 * (J_2_xx - t399) + (S_3_11 * t1120 + t1318))
+    t1422 = p_shoulder_tilt_dh_d * (t1417 + s_2 * (t1294 + t1297))
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1434 = s_2 * (h_3b_y * t1132 + (t138 * h_3_x + t1279)) - c_2 * (t1299 - h_3_x * t1128)
+    t1435 = t1434 - p_shoulder_tilt_dh_d * (s_2 * t510 + c_2 * t1344)
     # link 4 (wrist_roll): effort with joint 4
-    t1465 = s_4 * t1373 + c_4 * t1378
-    t1472 = t165 * K_5t_32 + (t1416 - J_4_y1 * t1187)
+    t1441 = s_4 * t1353 + c_4 * t1358
+    t1450 = t155 * t293 + (S_4_d * t555 - omega_4r_y * K_5t_12)
+    t1453 = t301 * t1155 + (h_5t_x * t1163 + (t1450 - t257 * t1152))
+    t1457 = J_4_y1 * t1166 + t1453 - t161 * S_5t_13 * 4.0
     # link 3 (boom): effort with joint 4
-    t1477 = q_3 * (c_4 * t1373 - s_4 * t1378) + (s_4 * t1394 - c_4 * t1406 - p_boom_dh_a * t1382)
+    t1462 = q_3 * (c_4 * t1353 - s_4 * t1358) + (s_4 * t1374 + c_4 * t1386 - p_boom_dh_a * t1362)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1471 = p_shoulder_tilt_dh_d * (c_2 * t1441 + s_2 * t1362) + (s_2 * t1462 - c_2 * (p_boom_dh_a * t1441 - t1457))
     # link 5 (wrist_bend): effort with joint 5
-    t1486 = c_5 * t624 + s_5 * t1418
-    t1488 = s_5 * t624 - c_5 * t1418
-    t1491 = s_5 * t1432 + c_5 * t1426
-    t1494 = s_5 * t1426 - c_5 * t1432
+    t1473 = c_5 * t598 + s_5 * t1391
+    t1474 = c_5 * t1391
+    t1475 = t696 - t1474
+    t1479 = s_5 * t1405 + c_5 * t1399
+    t1480 = s_5 * t1399
+    t1481 = c_5 * t1405
     # link 4 (wrist_roll): effort with joint 5
-    t1500 = c_4 * t1419 + s_4 * t1486
+    t1489 = c_4 * t1392 + s_4 * t1473
     # link 3 (boom): effort with joint 5
-    t1511 = p_boom_dh_a * t1488 + (s_4 * t1491 + c_4 * t1439) - q_3 * (s_4 * t1419 - c_4 * t1486)
+    t1500 = p_boom_dh_a * t1475 + (s_4 * t1479 + c_4 * t1412) - q_3 * (s_4 * t1392 - c_4 * t1473)
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1508 = c_2 * (t1480 - t1481 - p_boom_dh_a * t1489) + s_2 * t1500
+    t1509 = p_shoulder_tilt_dh_d * (c_2 * t1489 - s_2 * t1475) + t1508
     # link 6 (hand): effort with joint 6
-    t1521 = s_6 * t1443 - c_6 * t1441
-    t1524 = s_6 * t1441 + c_6 * t1443
+    t1513 = s_6 * t1416 - c_6 * t1414
+    t1516 = s_6 * t1414 + c_6 * t1416
     # link 5 (wrist_bend): effort with joint 6
-    t1526 = s_5 * P_6_n_z - c_5 * t1521
-    t1528 = c_5 * P_6_n_z + s_5 * t1521
+    t1518 = s_5 * P_6_n_z - c_5 * t1513
+    t1520 = c_5 * P_6_n_z + s_5 * t1513
     # derivative of effort
-    t1554 = t138 * yc_5_5_y + (t471 * y0_4_5_f_x - w_1_zz * y0_3_5_b_z)
-    t1557 = t139 * t755 + t1554 - y0_4_5_f_y * t1143 - y0_4_5_b_z * t1138
-    t1559 = h_5t_x * t1141 + (t759 * t1137 + t1557)
-    t1561 = t138 * yc_5_6_y + (w_1_zz * y0_4_6_n_x - t139 * yc_4_6_y)
-    t1563 = t1561 - y0_4_6_n_y * t1137 - t801 * t1138
+    t1550 = S_2_d * t479 + t129 * K_2_23 - t130 * K_3t_12 - h_4t_y * t1124
+    t1553 = S_3_12 * t1120 + (t1550 - h_3b_y * t1126) - t403 * t1121
+    t1560 = h_4t_y * t445 + (w_1_zz * y0_3_4_b_z + t130 * yc_4_4_y)
+    t1564 = S_2_12 * t1120 + (t1560 - t129 * t552 - t644 * t1121 - t318 * t1126)
+    t1566 = t129 * t702 + (w_1_zz * y0_3_5_b_z - t445 * y0_4_5_f_x)
+    t1569 = y0_4_5_b_z * t1121 + (y0_4_5_f_y * t1126 + (t130 * t729 + t1566))
+    t1571 = t733 * t1120 + t1569 - h_5t_x * t1124
+    t1573 = t130 * yc_4_6_y - w_1_zz * y0_4_6_n_x - t129 * yc_5_6_y
+    t1575 = t776 * t1121 + (y0_4_6_n_y * t1120 + t1573)
+    t1582 = y0_4_5_f_y * t1128 + (y0_4_5_f_x * t1132 - t138 * h_5t_x)
+    t1588 = omega_4r_y * t699 + (t138 * S_5t_23 - t155 * t593) - h_5t_x * (omega_4r_y * v_4r_y - t155 * v_4r_x)
+    t1590 = y0_5_5_f_x * (t155 * v_4b_z - t1166) + t1588 - S_5t_13 * t1152
+    t1591 = t686 * t1155 + t1590
+    t1593 = t138 * t776 - t155 * yc_6_6_y - omega_4r_y * yc_5_6_x
+    t1594 = y0_5_6_n_x * t1152 + t1593
+    t1597 = omega_5r_y * yc_6_6_x + y0_6_6_n_z * t1188
+    t1598 = -t1597
+    t1600 = -t1516
+    t1601 = -P_6_n_z
+    t1602 = -t901
+    t1606 = -t905
     # solve: L D L^T
-    t1572 = h_4t_y * t471 + (w_1_zz * y0_3_4_b_z + t139 * yc_4_4_y)
-    t1575 = t138 * C_4_c_z + t1572 - t668 * t1138 - t332 * t1143
-    t1578 = t964 * t1563 + (S_2_12 * t1137 + t1575) - t975 * t1559
-    t1584 = t139 * t534 + w_1_zz * h_4t_y - t974 * t1559 - t998 * t1578
-    t1585 = t1313 + t1584
-    t1590 = S_2_d * G_2_1 + t138 * t436 - 2.0 * (S_2_12 * G_2_0)
-    t1593 = h_3b_y * t1143 + (h_4t_y * t1141 + (t139 * K_3t_12 + t1590))
-    t1596 = t963 * t1563 + (t426 * t1138 + (t1593 - S_3_12 * t1137))
-    t1599 = t1015 * t1585 + (t997 * t1578 + (t973 * t1559 + t1596))
-    t1602 = p_shoulder_tilt_dh_d * t1446 + (c_2 * (S_3_11 * t1138 + t1357) - s_2 * t1339)
-    t1605 = t996 * t1578 + (t962 * t1563 + t1602 - t972 * t1559)
-    t1608 = t1111 * (t1014 * t1585 + t1605 - t1032 * t1599)
-    t1609 = t1031 * t1599
-    t1614 = t1032 * t1608
-    t1615 = t1609 - t1614
-    t1620 = t1015 * t1615 + (t1013 * t1585 + t1014 * t1608)
-    t1627 = t997 * t1615 + (t995 * t1578 + t996 * t1608) - t998 * t1620
-    t1634 = t974 * t1620 + (t971 * t1559 + t972 * t1608 - t973 * t1615)
-    t1641 = t964 * t1627 + (t963 * t1615 + (t961 * t1563 + t962 * t1608))
-    # derivative of effort
-    t1644 = t148 * h_5t_x - y0_4_5_f_x * t1148 - y0_4_5_f_y * t1145
-    # solve: L D L^T
-    t1650 = t975 * t1644 + (t1318 + t332 * t1145)
-    t1655 = t535 + t974 * t1644 - t998 * t1650
-    t1660 = t390 * t1145 + (t148 * h_4t_y + t1299) - q_3 * t1363
-    t1663 = t973 * t1644 + t1660 - t997 * t1650 - t1015 * t1655
-    t1666 = s_2 * t1453 - c_2 * (t1318 - h_3_x * t1145) - p_shoulder_tilt_dh_d * (s_2 * t535 + c_2 * t1363)
-    t1669 = t1666 - t972 * t1644 - t996 * t1650 - t1014 * t1655
-    t1671 = t1111 * (t1669 - t1032 * t1663)
-    t1672 = t1031 * t1663
-    t1676 = t1032 * t1671
-    t1677 = t1672 - t1676
-    t1682 = t1013 * t1655 - t1014 * t1671 - t1015 * t1677
-    t1685 = t998 * t1682
-    t1687 = t995 * t1650 - t996 * t1671 - t997 * t1677
-    t1688 = t1687 - t1685
-    t1696 = t971 * t1644 + t972 * t1671 - t973 * t1677 - t974 * t1682
-    # derivative of effort
-    t1705 = omega_4r_y * t724 + (t148 * S_5t_23 + t165 * t619) - h_5t_x * (omega_4r_y * v_4r_y - t165 * v_4r_x)
-    t1707 = y0_5_5_f_x * (t165 * v_4b_z - t1187) + t1705 - S_5t_13 * t1173
-    t1708 = t1707 - t711 * t1176
-    t1710 = omega_4r_y * yc_5_6_x + (t165 * yc_6_6_y - t148 * t801)
-    t1711 = t1710 - y0_5_6_n_x * t1173
-    # solve: L D L^T
-    t1720 = t1472 - t964 * t1711 - t975 * t1708
-    t1725 = t998 * t1720 + (t1382 + t974 * t1708)
-    t1730 = s_4 * t1406 + c_4 * t1394 - q_3 * t1465 - t963 * t1711
-    t1733 = t997 * t1720 + (t973 * t1708 + t1730) - t1015 * t1725
-    t1736 = c_2 * (p_boom_dh_a * t1465 + t1472) - s_2 * t1477 - p_shoulder_tilt_dh_d * (c_2 * t1465 + s_2 * t1382)
-    t1739 = t996 * t1720 + (t1736 - t962 * t1711 - t972 * t1708)
-    t1742 = t1111 * (t1739 - t1014 * t1725 - t1032 * t1733)
-    t1750 = t1031 * t1733 - t1032 * t1742
-    t1752 = t1015 * t1750
-    t1753 = t1013 * t1725 - t1014 * t1742
-    t1754 = t1753 - t1752
-    t1761 = t998 * t1754 + (t997 * t1750 + (t995 * t1720 + t996 * t1742))
-    t1769 = t974 * t1754 + (t973 * t1750 - t971 * t1708 - t972 * t1742)
-    t1776 = t964 * t1761 + (t963 * t1750 + (t962 * t1742 - t961 * t1711))
-    # derivative of effort
-    t1777 = omega_5r_y * yc_6_6_x + y0_6_6_n_z * t1208
-    # solve: L D L^T
-    t1786 = t1494 - t964 * t1777 - t975 * t1439
-    t1791 = t998 * t1786 + (t1488 + t974 * t1439)
-    t1796 = t963 * t1777 + (c_4 * t1491 - s_4 * t1439 - q_3 * t1500)
-    t1799 = t1015 * t1791 + (t1796 - t973 * t1439 - t997 * t1786)
-    t1802 = p_shoulder_tilt_dh_d * (c_2 * t1500 - s_2 * t1488) + (c_2 * (t1494 - p_boom_dh_a * t1500) + s_2 * t1511)
-    t1805 = t996 * t1786 + (t1802 - t962 * t1777 - t972 * t1439)
-    t1808 = t1111 * (t1032 * t1799 + (t1805 - t1014 * t1791))
-    t1816 = t1031 * t1799 + t1032 * t1808
-    t1821 = t1015 * t1816 + (t1013 * t1791 - t1014 * t1808)
-    t1828 = t998 * t1821 + (t995 * t1786 + t996 * t1808 - t997 * t1816)
-    t1836 = t974 * t1821 - t971 * t1439 - t972 * t1808 - t973 * t1816
-    t1843 = t964 * t1828 + (t962 * t1808 - t961 * t1777 - t963 * t1816)
-    t1852 = t975 * t1524 + (t1528 - P_6_n_z * t964)
-    t1856 = t974 * t1524 - t998 * t1852
-    t1861 = c_4 * t1526 - s_4 * t1524 - P_6_n_z * t963 - t973 * t1524
-    t1863 = t1015 * t1856 + (t997 * t1852 + t1861)
-    t1866 = c_2 * t1528 - s_2 * (s_4 * t1526 + c_4 * t1524) - P_6_n_z * t962
-    t1869 = t1014 * t1856 + (t996 * t1852 + (t972 * t1524 + t1866))
-    t1871 = t1111 * (t1869 - t1032 * t1863)
-    t1879 = t1031 * t1863 - t1032 * t1871
-    t1883 = t1015 * t1879 + (t1013 * t1856 + t1014 * t1871)
-    t1886 = t998 * t1883
-    t1888 = t997 * t1879 + (t995 * t1852 + t996 * t1871)
-    t1889 = t1888 - t1886
-    t1897 = t973 * t1879 + (t971 * t1524 - t972 * t1871) - t974 * t1883
-    t1904 = t964 * t1889 + (t963 * t1879 + (t962 * t1871 - P_6_n_z * t961))
-    t1913 = t787 * t975 + (t710 + yc_2_6_y * t964)
-    t1918 = t998 * t1913 + (t666 - t787 * t974)
-    t1923 = t997 * t1913 + (yc_2_2_y + yc_2_6_y * t963 - t787 * t973)
-    t1924 = t1923 - t1015 * t1918
-    t1928 = t996 * t1913 + (t787 * t972 + (C_1_n_z + yc_2_6_y * t962))
-    t1931 = t1111 * (t1928 - t1014 * t1918 - t1032 * t1924)
-    t1939 = t1031 * t1924 - t1032 * t1931
-    t1941 = t1015 * t1939
-    t1942 = t1013 * t1918 - t1014 * t1931
-    t1943 = t1942 - t1941
-    t1950 = t998 * t1943 + (t997 * t1939 + (t995 * t1913 + t996 * t1931))
-    t1958 = t974 * t1943 + (t973 * t1939 + (t787 * t971 - t972 * t1931))
-    t1965 = t964 * t1950 + (t963 * t1939 + (yc_2_6_y * t961 + t962 * t1931))
-    t1974 = t876 - t931 * t964 - t904 * t975
-    t1979 = t862 - t904 * t974 - t998 * t1974
-    t1984 = t997 * t1974 + (t904 * t973 + (t493 - t931 * t963))
-    t1985 = t1015 * t1979 + t1984
-    t1990 = t904 * t972 + (t649 + t931 * t962) - t996 * t1974 - t1014 * t1979
-    t1992 = t1111 * (t1032 * t1985 + t1990)
-    t1999 = t1031 * t1985 + t1032 * t1992
-    t2003 = t1015 * t1999 + (t1013 * t1979 - t1014 * t1992)
-    t2006 = t998 * t2003
-    t2008 = t997 * t1999 + (t995 * t1974 - t996 * t1992)
-    t2009 = t2008 - t2006
-    t2017 = t973 * t1999 + (t972 * t1992 - t904 * t971) - t974 * t2003
-    t2024 = t964 * t2009 + (t963 * t1999 - t931 * t961 - t962 * t1992)
-    t2029 = t878 - t907 * t975
-    t2033 = t907 * t974 + t998 * t2029
-    t2038 = t1015 * t2033 + (t656 - t907 * t973 - t997 * t2029)
-    t2042 = t1014 * t2033 + (y1_2_3_b_z + t907 * t972 - t996 * t2029)
-    t2044 = t1111 * (t2042 - t1032 * t2038)
-    t2051 = t1031 * t2038 - t1032 * t2044
-    t2055 = t1015 * t2051 + (t1013 * t2033 + t1014 * t2044)
-    t2061 = t998 * t2055 + (t995 * t2029 - t996 * t2044 - t997 * t2051)
-    t2068 = t973 * t2051 + (t907 * t971 - t972 * t2044) - t974 * t2055
-    t2083 = t912 * t975 + (C_4_n_z + t933 * t964)
-    t2088 = t998 * t2083 + (C_4_f_z - t912 * t974)
-    t2093 = t912 * t973 + (y1_3_4_b_z - t933 * t963) - t997 * t2083
-    t2094 = t1015 * t2088 + t2093
-    t2098 = t996 * t2083 + (t912 * t972 + (y1_2_4_b_z + t933 * t962))
-    t2101 = t1111 * (t1032 * t2094 + (t2098 - t1014 * t2088))
-    t2109 = t1031 * t2094 + t1032 * t2101
-    t2114 = t1015 * t2109 + (t1013 * t2088 - t1014 * t2101)
-    t2121 = t998 * t2114 + (t995 * t2083 + t996 * t2101 - t997 * t2109)
-    t2129 = t974 * t2114 + (t912 * t971 - t972 * t2101 - t973 * t2109)
-    t2136 = t964 * t2121 + (t933 * t961 + t962 * t2101 - t963 * t2109)
-    t2145 = t719 - t935 * t964 - K_6_a * t975
-    t2150 = y1_5_5_f_y - K_6_a * t974 - t998 * t2145
-    t2155 = t997 * t2145 + (K_6_a * t973 + (t768 - t935 * t963))
-    t2156 = t1015 * t2150 + t2155
-    t2161 = K_6_a * t972 + (t784 + t935 * t962) - t996 * t2145 - t1014 * t2150
-    t2163 = t1111 * (t1032 * t2156 + t2161)
-    t2170 = t1031 * t2156 + t1032 * t2163
-    t2174 = t1015 * t2170 + (t1013 * t2150 - t1014 * t2163)
-    t2177 = t998 * t2174
-    t2179 = t997 * t2170 + (t995 * t2145 - t996 * t2163)
-    t2180 = t2179 - t2177
-    t2188 = t973 * t2170 + (t972 * t2163 - K_6_a * t971) - t974 * t2174
-    t2195 = t964 * t2180 + (t963 * t2170 - t935 * t961 - t962 * t2163)
-    t2200 = y1_5_6_n_y + t793 * t975
-    t2204 = t793 * t974 - t998 * t2200
-    t2209 = y1_4_6_n_x + t793 * t973 - t997 * t2200 - t1015 * t2204
-    t2213 = t1014 * t2204 + (t996 * t2200 + (y1_2_6_n_y + t793 * t972))
-    t2215 = t1111 * (t1032 * t2209 + t2213)
-    t2221 = t1031 * t2209 + t1032 * t2215
-    t2223 = t1015 * t2221
-    t2224 = t1013 * t2204 + t1014 * t2215
-    t2225 = t2224 - t2223
-    t2232 = t995 * t2200 + t996 * t2215 - t997 * t2221 - t998 * t2225
-    t2239 = t974 * t2225 + (t973 * t2221 + (t972 * t2215 - t793 * t971))
+    t1614 = t1422 + (c_2 * t1339 - t1421) - t933 * t1575 - t944 * t1571
+    t1616 = t1553 + 4.0 * (w_2_xy * S_2_12) - t935 * t1575 - t945 * t1571
+    t1618 = -(t1294 + (t130 * t509 + w_1_zz * h_4t_y)) - t947 * t1571
+    t1620 = t1564 - t936 * t1575 - t948 * t1571
+    t1626 = t1618 - t972 * t1620
+    t1630 = t1616 - t971 * t1620 - t990 * t1626
+    t1632 = t1614 - t970 * t1620 - t988 * t1626 - t1008 * t1630
+    t1633 = t1094 * t1632
+    t1640 = t1006 * t1630 - t1008 * t1633
+    t1644 = t987 * t1626 - t988 * t1633 - t990 * t1640
+    t1650 = t968 * t1620 - t970 * t1633 - t971 * t1640 - t972 * t1644
+    t1656 = t943 * t1571 - t944 * t1633 - t945 * t1640 - t947 * t1644
+    t1664 = t932 * t1575 - t933 * t1633 - t935 * t1640 - t936 * t1650
+    t1668 = q_3 * t1344 - t138 * h_4t_y - t1282 - t376 * t1128 - t945 * t1582
+    t1672 = -(t1299 + t318 * t1128) - t948 * t1582
+    t1678 = t510 - t947 * t1582 - t972 * t1672
+    t1682 = t1668 - t971 * t1672 - t990 * t1678
+    t1684 = t1435 - t944 * t1582 - t970 * t1672 - t988 * t1678 - t1008 * t1682
+    t1685 = t1094 * t1684
+    t1691 = t1006 * t1682 - t1008 * t1685
+    t1695 = t987 * t1678 - t988 * t1685 - t990 * t1691
+    t1701 = t968 * t1672 - t970 * t1685 - t971 * t1691 - t972 * t1695
+    t1707 = t943 * t1582 - t944 * t1685 - t945 * t1691 - t947 * t1695
+    t1719 = c_4 * t1374 - s_4 * t1386 - q_3 * t1441 - t935 * t1594
+    t1729 = t1457 - t936 * t1594 - t948 * t1591
+    t1735 = t1361 - t1359 - t947 * t1591 - t972 * t1729
+    t1737 = t1471 - t933 * t1594 - t944 * t1591 - t970 * t1729 - t988 * t1735
+    t1739 = t1719 - t945 * t1591 - t971 * t1729 - t990 * t1735
+    t1742 = t1094 * (t1737 - t1008 * t1739)
+    t1749 = t1006 * t1739 - t1008 * t1742
+    t1753 = t987 * t1735 - t988 * t1742 - t990 * t1749
+    t1759 = t968 * t1729 - t970 * t1742 - t971 * t1749 - t972 * t1753
+    t1765 = t943 * t1591 - t944 * t1742 - t945 * t1749 - t947 * t1753
+    t1773 = t932 * t1594 - t933 * t1742 - t935 * t1749 - t936 * t1759
+    t1777 = q_3 * t1489 + (s_4 * t1412 - c_4 * t1479) - t934 * t1597
+    t1787 = t1481 - t1480 - t936 * t1598 - t948 * t1412
+    t1789 = -t1509 - t933 * t1598 - t944 * t1412 - t970 * t1787
+    t1793 = t1474 - t696 - t947 * t1412 - t972 * t1787
+    t1797 = t1777 - t945 * t1412 - t971 * t1787 - t990 * t1793
+    t1800 = t1094 * (t1789 - t988 * t1793 - t1008 * t1797)
+    t1807 = t1006 * t1797 - t1008 * t1800
+    t1811 = t987 * t1793 - t988 * t1800 - t990 * t1807
+    t1817 = t968 * t1787 - t970 * t1800 - t971 * t1807 - t972 * t1811
+    t1823 = t943 * t1412 - t944 * t1800 - t945 * t1807 - t947 * t1811
+    t1831 = t932 * t1598 - t933 * t1800 - t935 * t1807 - t936 * t1817
+    t1833 = s_2 * (s_4 * t1518 + c_4 * t1516) - c_2 * t1520 - t933 * t1601
+    t1841 = c_4 * t1518 - s_4 * t1516 - P_6_n_z * t934 - t945 * t1600
+    t1845 = -t1520 - t936 * t1601 - t948 * t1600
+    t1851 = -(t946 * t1516) - t972 * t1845
+    t1855 = t1841 - t971 * t1845 - t990 * t1851
+    t1857 = t1833 - t944 * t1600 - t970 * t1845 - t988 * t1851 - t1008 * t1855
+    t1858 = t1094 * t1857
+    t1865 = t1006 * t1855 - t1008 * t1858
+    t1869 = t987 * t1851 - t988 * t1858 - t990 * t1865
+    t1875 = t968 * t1845 - t970 * t1858 - t971 * t1865 - t972 * t1869
+    t1881 = t943 * t1600 - t944 * t1858 - t945 * t1865 - t947 * t1869
+    t1889 = t932 * t1601 - t933 * t1858 - t935 * t1865 - t936 * t1875
+    t1903 = yc_2_4_y - yc_2_6_y * t936 - yc_2_5_y * t948
+    t1905 = t437 - t440 - yc_2_6_y * t933 - yc_2_5_y * t944 - t970 * t1903
+    t1907 = yc_2_2_y - yc_2_6_y * t935 - yc_2_5_y * t945 - t971 * t1903
+    t1909 = yc_2_3_y - yc_2_5_y * t947 - t972 * t1903
+    t1913 = t1907 - t990 * t1909
+    t1916 = t1094 * (t1905 - t988 * t1909 - t1008 * t1913)
+    t1923 = t1006 * t1913 - t1008 * t1916
+    t1927 = t987 * t1909 - t988 * t1916 - t990 * t1923
+    t1933 = t968 * t1903 - t970 * t1916 - t971 * t1923 - t972 * t1927
+    t1939 = yc_2_5_y * t943 - t944 * t1916 - t945 * t1923 - t947 * t1927
+    t1947 = yc_2_6_y * t932 - t933 * t1916 - t935 * t1923 - t936 * t1933
+    t1961 = -t846 - t936 * t1602 - t875 * t948
+    t1967 = t832 - t874 * t946 - t972 * t1961
+    t1969 = t624 - t933 * t1602 - t875 * t944 - t970 * t1961 - t988 * t1967
+    t1971 = t470 - t901 * t934 - t875 * t945 - t971 * t1961 - t990 * t1967
+    t1974 = t1094 * (t1969 - t1008 * t1971)
+    t1981 = t1006 * t1971 - t1008 * t1974
+    t1985 = t987 * t1967 - t988 * t1974 - t990 * t1981
+    t1991 = t968 * t1961 - t970 * t1974 - t971 * t1981 - t972 * t1985
+    t1997 = t875 * t943 - t944 * t1974 - t945 * t1981 - t947 * t1985
+    t2005 = t932 * t1602 - t933 * t1974 - t935 * t1981 - t936 * t1991
+    t2013 = t849 - t878 * t948
+    t2019 = -(t878 * t947) - t972 * t2013
+    t2021 = -y1_2_3_b_z - t878 * t944 - t970 * t2013 - t988 * t2019
+    t2023 = t631 - t500 - t878 * t945 - t971 * t2013 - t990 * t2019
+    t2026 = t1094 * (t2021 - t1008 * t2023)
+    t2032 = t1006 * t2023 - t1008 * t2026
+    t2036 = t987 * t2019 - t988 * t2026 - t990 * t2032
+    t2042 = t968 * t2013 - t970 * t2026 - t971 * t2032 - t972 * t2036
+    t2048 = t878 * t943 - t944 * t2026 - t945 * t2032 - t947 * t2036
+    t2070 = K_5_a - t903 * t936 - t883 * t948
+    t2074 = t670 - t653 - t903 * t935 - t883 * t945 - t971 * t2070
+    t2076 = -C_4_f_z - t883 * t947 - t972 * t2070
+    t2078 = t682 - t903 * t933 - t883 * t944 - t970 * t2070 - t988 * t2076
+    t2080 = t2074 - t990 * t2076
+    t2083 = t1094 * (t2078 - t1008 * t2080)
+    t2090 = t1006 * t2080 - t1008 * t2083
+    t2094 = t987 * t2076 - t988 * t2083 - t990 * t2090
+    t2100 = t968 * t2070 - t970 * t2083 - t971 * t2090 - t972 * t2094
+    t2106 = t883 * t943 - t944 * t2083 - t945 * t2090 - t947 * t2094
+    t2114 = t903 * t932 - t933 * t2083 - t935 * t2090 - t936 * t2100
+    t2128 = y1_5_5_n_y - t936 * t1606 - K_6_a * t948
+    t2134 = y1_5_5_f_y - t246 * t946 - t972 * t2128
+    t2136 = t759 - t933 * t1606 - K_6_a * t944 - t970 * t2128 - t988 * t2134
+    t2138 = t743 - t905 * t934 - K_6_a * t945 - t971 * t2128 - t990 * t2134
+    t2141 = t1094 * (t2136 - t1008 * t2138)
+    t2148 = t1006 * t2138 - t1008 * t2141
+    t2152 = t987 * t2134 - t988 * t2141 - t990 * t2148
+    t2158 = t968 * t2128 - t970 * t2141 - t971 * t2148 - t972 * t2152
+    t2164 = K_6_a * t943 - t944 * t2141 - t945 * t2148 - t947 * t2152
+    t2172 = t932 * t1606 - t933 * t2141 - t935 * t2148 - t936 * t2158
+    t2180 = y1_5_6_n_y - t768 * t948
+    t2186 = -(t768 * t947) - t972 * t2180
+    t2188 = y1_2_6_n_y - t768 * t944 - t970 * t2180 - t988 * t2186
+    t2190 = y1_4_6_n_x - t768 * t945 - t971 * t2180 - t990 * t2186
+    t2193 = t1094 * (t2188 - t1008 * t2190)
+    t2199 = t1006 * t2190 - t1008 * t2193
+    t2203 = t987 * t2186 - t988 * t2193 - t990 * t2199
+    t2209 = t968 * t2180 - t970 * t2193 - t971 * t2199 - t972 * t2203
+    t2215 = t768 * t943 - t944 * t2193 - t945 * t2199 - t947 * t2203
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t1608
-    out[2 * S + k] = t1671
-    out[3 * S + k] = -t1742
-    out[4 * S + k] = -t1808
-    out[5 * S + k] = -t1871
-    out[6 * S + k] = -t1931
-    out[7 * S + k] = t1992
-    out[8 * S + k] = -t2044
-    out[9 * S + k] = -t2101
-    out[10 * S + k] = t2163
-    out[11 * S + k] = t2215
+    out[1 * S + k] = t1633
+    out[2 * S + k] = t1685
+    out[3 * S + k] = t1742
+    out[4 * S + k] = t1800
+    out[5 * S + k] = t1858
+    out[6 * S + k] = t1916
+    out[7 * S + k] = t1974
+    out[8 * S + k] = t2026
+    out[9 * S + k] = t2083
+    out[10 * S + k] = t2141
+    out[11 * S + k] = t2193
     out[12 * S + k] = 0.0
-    out[13 * S + k] = t1614 - t1609
-    out[14 * S + k] = t1676 - t1672
-    out[15 * S + k] = t1750
-    out[16 * S + k] = -t1816
-    out[17 * S + k] = t1879
-    out[18 * S + k] = t1939
-    out[19 * S + k] = t1999
-    out[20 * S + k] = t2051
-    out[21 * S + k] = -t2109
-    out[22 * S + k] = t2170
-    out[23 * S + k] = t2221
+    out[13 * S + k] = t1640
+    out[14 * S + k] = t1691
+    out[15 * S + k] = t1749
+    out[16 * S + k] = t1807
+    out[17 * S + k] = t1865
+    out[18 * S + k] = t1923
+    out[19 * S + k] = t1981
+    out[20 * S + k] = t2032
+    out[21 * S + k] = t2090
+    out[22 * S + k] = t2148
+    out[23 * S + k] = t2199
     out[24 * S + k] = 0.0
-    out[25 * S + k] = -t1620
-    out[26 * S + k] = t1682
-    out[27 * S + k] = t1752 - t1753
-    out[28 * S + k] = -t1821
-    out[29 * S + k] = t1883
-    out[30 * S + k] = t1941 - t1942
-    out[31 * S + k] = t2003
-    out[32 * S + k] = t2055
-    out[33 * S + k] = -t2114
-    out[34 * S + k] = t2174
-    out[35 * S + k] = t2223 - t2224
+    out[25 * S + k] = t1644
+    out[26 * S + k] = t1695
+    out[27 * S + k] = t1753
+    out[28 * S + k] = t1811
+    out[29 * S + k] = t1869
+    out[30 * S + k] = t1927
+    out[31 * S + k] = t1985
+    out[32 * S + k] = t2036
+    out[33 * S + k] = t2094
+    out[34 * S + k] = t2152
+    out[35 * S + k] = t2203
     out[36 * S + k] = 0.0
-    out[37 * S + k] = t1627
-    out[38 * S + k] = t1685 - t1687
-    out[39 * S + k] = -t1761
-    out[40 * S + k] = -t1828
-    out[41 * S + k] = t1886 - t1888
-    out[42 * S + k] = -t1950
-    out[43 * S + k] = t2006 - t2008
-    out[44 * S + k] = t2061
-    out[45 * S + k] = -t2121
-    out[46 * S + k] = t2177 - t2179
-    out[47 * S + k] = t2232
+    out[37 * S + k] = t1650
+    out[38 * S + k] = t1701
+    out[39 * S + k] = t1759
+    out[40 * S + k] = t1817
+    out[41 * S + k] = t1875
+    out[42 * S + k] = t1933
+    out[43 * S + k] = t1991
+    out[44 * S + k] = t2042
+    out[45 * S + k] = t2100
+    out[46 * S + k] = t2158
+    out[47 * S + k] = t2209
     out[48 * S + k] = 0.0
-    out[49 * S + k] = t975 * t1627 + t1634
-    out[50 * S + k] = t1696 - t975 * t1688
-    out[51 * S + k] = t1769 - t975 * t1761
-    out[52 * S + k] = t1836 - t975 * t1828
-    out[53 * S + k] = t1897 - t975 * t1889
-    out[54 * S + k] = t1958 - t975 * t1950
-    out[55 * S + k] = t2017 - t975 * t2009
-    out[56 * S + k] = t975 * t2061 + t2068
-    out[57 * S + k] = t2129 - t975 * t2121
-    out[58 * S + k] = t2188 - t975 * t2180
-    out[59 * S + k] = t975 * t2232 + t2239
+    out[49 * S + k] = t1656 - t948 * t1650
+    out[50 * S + k] = t1707 - t948 * t1701
+    out[51 * S + k] = t1765 - t948 * t1759
+    out[52 * S + k] = t1823 - t948 * t1817
+    out[53 * S + k] = t1881 - t948 * t1875
+    out[54 * S + k] = t1939 - t948 * t1933
+    out[55 * S + k] = t1997 - t948 * t1991
+    out[56 * S + k] = t2048 - t948 * t2042
+    out[57 * S + k] = t2106 - t948 * t2100
+    out[58 * S + k] = t2164 - t948 * t2158
+    out[59 * S + k] = t2215 - t948 * t2209
     out[60 * S + k] = 0.0
-    out[61 * S + k] = -t1641
-    out[62 * S + k] = t964 * t1688 - t962 * t1671 - t963 * t1677
-    out[63 * S + k] = t1776
-    out[64 * S + k] = t1843
-    out[65 * S + k] = t1904
-    out[66 * S + k] = t1965
-    out[67 * S + k] = t2024
-    out[68 * S + k] = t962 * t2044 + t963 * t2051 - t964 * t2061
-    out[69 * S + k] = t2136
-    out[70 * S + k] = t2195
-    out[71 * S + k] = t963 * t2221 - t962 * t2215 - t964 * t2232
+    out[61 * S + k] = t1664
+    out[62 * S + k] = -(t933 * t1685) - t935 * t1691 - t936 * t1701
+    out[63 * S + k] = t1773
+    out[64 * S + k] = t1831
+    out[65 * S + k] = t1889
+    out[66 * S + k] = t1947
+    out[67 * S + k] = t2005
+    out[68 * S + k] = -(t933 * t2026) - t935 * t2032 - t936 * t2042
+    out[69 * S + k] = t2114
+    out[70 * S + k] = t2172
+    out[71 * S + k] = -(t933 * t2193) - t935 * t2199 - t936 * t2209
+
+
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
+    q_2 = q[1 * S + k]
+    q_3 = q[2 * S + k]
+    q_4 = q[3 * S + k]
+    q_5 = q[4 * S + k]
+    q_6 = q[5 * S + k]
+    qd_1 = qd[0 * S + k]
+    qd_2 = qd[1 * S + k]
+    qd_3 = qd[2 * S + k]
+    qd_4 = qd[3 * S + k]
+    qd_5 = qd[4 * S + k]
+    qd_6 = qd[5 * S + k]
+    tau_1 = tau[0 * S + k]
+    tau_2 = tau[1 * S + k]
+    tau_3 = tau[2 * S + k]
+    tau_4 = tau[3 * S + k]
+    tau_5 = tau[4 * S + k]
+    tau_6 = tau[5 * S + k]
+    p_g = p[0]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    p_shoulder_pan_mass = p[4]
+    p_shoulder_pan_com_z = p[6]
+    p_shoulder_pan_inertia_yy = p[8]
+    p_shoulder_tilt_mass = p[10]
+    p_shoulder_tilt_com_y = p[11]
+    p_shoulder_tilt_inertia_xx = p[12]
+    p_shoulder_tilt_inertia_yy = p[13]
+    p_shoulder_tilt_inertia_zz = p[14]
+    p_boom_mass = p[15]
+    p_boom_com_z = p[16]
+    p_boom_inertia_xx = p[17]
+    p_boom_inertia_yy = p[18]
+    p_boom_inertia_zz = p[19]
+    p_wrist_roll_mass = p[20]
+    p_wrist_roll_com_y = p[21]
+    p_wrist_roll_com_z = p[22]
+    p_wrist_roll_inertia_xx = p[23]
+    p_wrist_roll_inertia_yy = p[24]
+    p_wrist_roll_inertia_zz = p[25]
+    p_wrist_bend_mass = p[26]
+    p_wrist_bend_com_y = p[27]
+    p_wrist_bend_com_z = p[28]
+    p_wrist_bend_inertia_xx = p[29]
+    p_wrist_bend_inertia_yy = p[30]
+    p_hand_mass = p[31]
+    p_hand_com_z = p[32]
+    p_hand_inertia_xx = p[33]
+    p_hand_inertia_yy = p[34]
+    p_hand_inertia_zz = p[35]
+    p_shoulder_pan_added_inertia_inertia = p[36]
+    p_shoulder_tilt_added_inertia_inertia = p[37]
+    p_boom_added_inertia_inertia = p[38]
+    p_wrist_roll_added_inertia_inertia = p[39]
+    p_wrist_bend_added_inertia_inertia = p[40]
+    p_hand_added_inertia_inertia = p[41]
+    s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
+    # link 6 (hand): base parameters
+    t58 = p_hand_inertia_xx * 0.5
+    t59 = p_hand_inertia_zz * 0.5
+    t60 = p_hand_inertia_yy * 0.5
+    J_6_xx = t59 + t60 - t58
+    t63 = t60 - t59
+    J_6_yy = t58 - t63
+    J_6_z1 = p_hand_mass * p_hand_com_z
+    # link 5 (wrist_bend): base parameters
+    t67 = p_wrist_bend_inertia_xx * 0.5
+    t68 = p_wrist_bend_inertia_yy * 0.5
+    t69 = t68 - t67
+    t70 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t75 = p_hand_com_z * J_6_z1 + (t63 + (t58 + (t67 + t68)))
+    t76 = p_wrist_bend_com_z * t70 + t75
+    J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
+    t78 = p_wrist_bend_com_z * J_5_z1
+    t79 = J_6_z1 + t70
+    # link 4 (wrist_roll): base parameters
+    t81 = p_wrist_roll_inertia_xx * 0.5
+    t82 = p_wrist_roll_inertia_yy * 0.5
+    t83 = t81 - t82
+    t84 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t84 - t83
+    t86 = p_wrist_roll_mass * p_wrist_roll_com_z
+    t91 = t69 + t84 - p_wrist_bend_com_y * J_5_z1 - t81 - t82
+    t92 = t91 - p_wrist_roll_com_z * t86
+    t93 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t94 = p_wrist_roll_com_z * t93
+    J_4_y1 = J_5_z1 + t86
+    J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (boom): base parameters
+    t100 = p_boom_dh_a * p_boom_mass
+    t102 = p_boom_dh_a * t93 - p_boom_com_z * t100
+    J_3_x1 = t100 + p_boom_dh_a * J_4_11
+    t105 = p_boom_mass * p_boom_com_z
+    t107 = t93 - t105
+    J_3_11 = p_boom_mass + J_4_11
+    # link 2 (shoulder_tilt): base parameters
+    t110 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t112 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t114 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    J_2_xx = t110 + (t114 - t112)
+    t117 = t114 - t110
+    t120 = p_boom_com_z * t105 + (p_wrist_roll_com_y * t93 + (t83 + t84))
+    t122 = t112 + (t120 - t117)
+    J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t127 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
+    # link 1 (shoulder_pan): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (shoulder_tilt): angular velocity of link 1
+    t129 = qd_1 * s_2
+    t130 = qd_1 * c_2
+    # link 2 (shoulder_tilt): acceleration
+    t132 = p_g * s_2
+    t133 = p_g * c_2
+    # link 2 (shoulder_tilt): products of angular velocity
+    w_2_xy = t129 * t130
+    t135 = qd_2 * t129
+    w_2_xx = t129 * t129
+    w_2_zz = qd_2 * qd_2
+    # link 2 (shoulder_tilt): acceleration field U
+    t138 = w_2_xx + w_2_zz
+    # link 2 (shoulder_tilt): Euler, inertial moment
+    t139 = w_1_zz - t138
+    # link 3 (boom): acceleration of its frame
+    omega_2s_x = t129 * -2.0
+    omega_2s_z = qd_2 * 2.0
+    # link 3 (boom): products of angular velocity
+    w_3_zz = t130 * t130
+    # link 3 (boom): acceleration field U
+    U_3_xx = w_2_zz - t138 - w_3_zz
+    # link 4 (wrist_roll): angular velocity of link 3
+    t155 = s_4 * t129 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t129
+    # link 4 (wrist_roll): angular velocity
+    omega_4_z = qd_4 + t130
+    # link 4 (wrist_roll): products of angular velocity
+    t161 = t155 * omega_4r_y
+    t162 = t155 * omega_4_z
+    w_4_xx = t155 * t155
+    w_4_zz = omega_4_z * omega_4_z
+    # link 4 (wrist_roll): acceleration field U
+    t165 = w_4_xx + w_4_zz
+    # link 4 (wrist_roll): Euler, inertial moment
+    t167 = t138 - t165
+    # link 5 (wrist_bend): angular velocity of link 4
+    t174 = s_5 * omega_4_z + c_5 * t155
+    omega_5r_y = s_5 * t155 - c_5 * omega_4_z
+    # link 5 (wrist_bend): angular velocity
+    omega_5_z = qd_5 + omega_4r_y
+    # link 5 (wrist_bend): products of angular velocity
+    t179 = t174 * omega_5r_y
+    t180 = t174 * omega_5_z
+    w_5_xx = t174 * t174
+    w_5_zz = omega_5_z * omega_5_z
+    # link 5 (wrist_bend): acceleration field U
+    t183 = w_5_xx + w_5_zz
+    # link 5 (wrist_bend): Newton, inertial force
+    F_5_y = t79 * t183
+    # link 5 (wrist_bend): Euler, inertial moment
+    t185 = t165 - t183
+    # link 6 (hand): angular velocity of link 5
+    omega_6r_x = s_6 * omega_5_z - c_6 * t174
+    omega_6r_y = s_6 * t174 + c_6 * omega_5_z
+    # link 6 (hand): angular velocity
+    omega_6_z = qd_6 - omega_5r_y
+    # link 6 (hand): Euler, inertial moment
+    S_6_d = J_6_xx - J_6_yy
+    y0_6_6_n_z = J_6_xx + J_6_yy
+    # link 2 (shoulder_tilt): twice the velocity of its frame
+    v_2b_x = -2.0 * (qd_1 * p_shoulder_tilt_dh_d)
+    v_2r_x = c_2 * v_2b_x
+    t206 = s_2 * v_2b_x
+    omega_2s_y = t130 * -2.0
+    # link 3 (boom): twice the velocity of its frame
+    t209 = 2.0 * (q_3 * qd_2)
+    t210 = q_3 * omega_2s_x
+    omega_3s_x = qd_2 * -2.0
+    # link 4 (wrist_roll): twice the velocity of its frame
+    v_4b_y = v_2r_x + t209 - p_boom_dh_a * omega_2s_y
+    v_4b_z = t206 + qd_3 * 2.0 - p_boom_dh_a * omega_2s_x
+    v_4r_x = s_4 * v_4b_y + c_4 * t210
+    v_4r_y = c_4 * v_4b_y - s_4 * t210
+    omega_4s_x = -2.0 * t155
+    omega_4s_y = 2.0 * omega_4r_y
+    omega_4s_z = 2.0 * omega_4_z
+    # link 5 (wrist_bend): twice the velocity of its frame
+    omega_5s_x = -2.0 * t174
+    omega_5s_y = 2.0 * omega_5r_y
+    omega_5s_z = 2.0 * omega_5_z
+    # link 6 (hand): twice the velocity of its frame
+    omega_6s_x = 2.0 * omega_6r_x
+    omega_6s_y = 2.0 * omega_6r_y
+    # link 6 (hand): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_a = S_6_d * ss_6
+    S_6_b = S_6_d * sc_6
+    S_6t_22 = J_6_yy + S_6_a
+    t243 = 2.0 * (qd_6 * J_6_xx)
+    t244 = 2.0 * (qd_6 * J_6_yy)
+    t245 = t244 - t243
+    t246 = sc_6 * t245
+    K_6_a = -t246
+    t248 = ss_6 * t245
+    K_6t_12 = t243 + t248
+    t250 = t244 - t248
+    # link 5 (wrist_bend): composite body
+    S_5_11 = J_6_xx + t69 - S_6_a
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t255 = t76 - S_5_11
+    t256 = ss_5 * t255
+    t257 = sc_5 * t255
+    S_5t_13 = s_5 * t78 + c_5 * S_6_b
+    t261 = t76 - t256
+    S_5t_23 = s_5 * S_6_b - c_5 * t78
+    h_5t_x = s_5 * t79
+    y0_5_5_f_x = c_5 * t79
+    t270 = t250 - 2.0 * (qd_5 * t78)
+    K_5o_32 = 2.0 * (qd_5 * S_6_b)
+    t274 = 2.0 * (qd_5 * S_5_11)
+    t275 = 2.0 * (qd_5 * t76)
+    t276 = t275 - t274
+    K_5_a = t246 * ss_5 - sc_5 * t276
+    t282 = ss_5 * t276 + t246 * sc_5
+    t283 = t246 - K_5_a
+    K_5t_12 = t274 + t282
+    K_5t_13 = c_5 * K_6t_12
+    t286 = t275 - t282
+    K_5t_23 = s_5 * K_6t_12
+    t290 = s_5 * K_5o_32 + c_5 * t270
+    t293 = s_5 * t270 - c_5 * K_5o_32
+    l_5o_x = 2.0 * (qd_5 * t79)
+    l_5t_x = c_5 * l_5o_x
+    l_5t_y = s_5 * l_5o_x
+    # link 4 (wrist_roll): composite body
+    S_4_11 = t256 + (J_4_xx + S_5_11)
+    t300 = t92 - S_6t_22
+    t301 = t94 + S_5t_23
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 + t300
+    S_4_p = 2.0 * S_5t_13
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    t313 = s_4 * t301 + c_4 * t257
+    t317 = c_4 * h_5t_x
+    t318 = s_4 * J_4_y1 - t317
+    h_4t_y = c_4 * J_4_y1 + s_4 * h_5t_x
+    t322 = qd_4 * S_4_p
+    t323 = t283 - t322
+    K_4o_12 = K_5t_13 + 2.0 * (qd_4 * S_4_11)
+    t329 = t290 - 2.0 * (qd_4 * t300)
+    t330 = t246 - t322
+    K_4o_31 = t286 + 2.0 * (qd_4 * t301)
+    t336 = K_5t_23 - 2.0 * (qd_4 * t257)
+    t337 = t323 + t330
+    K_4_p = K_4o_12 - t329
+    t341 = ss_4 * t337 + sc_4 * K_4_p
+    t344 = sc_4 * t337 - ss_4 * K_4_p
+    K_3t_12 = t329 - t344
+    t348 = t330 - t341
+    l_4o_x = l_5t_x - 2.0 * (qd_4 * J_4_y1)
+    l_4o_y = 2.0 * (qd_4 * h_5t_x)
+    l_4t_x = c_4 * l_4o_x - s_4 * l_4o_y
+    l_4t_y = c_4 * l_4o_y + s_4 * l_4o_x
+    # link 3 (boom): composite body
+    t366 = p_boom_dh_a * t318
+    S_3_11 = S_4_11 - S_4_a - 2.0 * t366
+    S_3_12 = p_boom_dh_a * h_4t_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
+    h_3_x = J_3_x1 - t318
+    t376 = t107 - y0_5_5_f_x
+    # link 3 (boom): composite body: flow of its moments
+    t379 = p_boom_dh_a * l_4t_x + (t323 - t341)
+    # link 3 (boom): composite body, before its turn
+    K_3o_23 = c_4 * t293 - s_4 * K_5t_12 + 2.0 * (qd_3 * h_4t_y)
+    t388 = l_5t_y - 2.0 * (qd_3 * J_3_11)
+    t389 = q_3 * J_3_11
+    h_3b_y = t376 - t389
+    # link 2 (shoulder_tilt): composite body
+    S_2_11 = S_4_a + (J_2_xx - t300)
+    S_2_12 = c_4 * t301 - s_4 * t257 - q_3 * h_4t_y
+    t399 = t122 + t261 - q_3 * (t376 + h_3b_y)
+    t403 = t102 - t313 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
+    # link 2 (shoulder_tilt): composite body: flow of its moments
+    t406 = c_4 * t336 - s_4 * K_4o_31 - q_3 * l_4t_y
+    t411 = K_5_a - q_3 * t388 - 2.0 * (qd_3 * t376)
+    K_2_23 = q_3 * l_4t_x + (c_4 * K_4o_31 + s_4 * t336)
+    # link 2 (shoulder_tilt): composite body, before its turn
+    ss_2 = s_2 * s_2
+    sc_2 = c_2 * s_2
+    S_2_d = S_2_11 - t399
+    S_2_p = 2.0 * S_2_12
+    t425 = qd_2 * S_2_p
+    t426 = t348 + t425
+    t436 = h_3_x - p_shoulder_tilt_dh_d * J_3_11
+    # link 1 (shoulder_pan): composite body: flow of its moments
+    t437 = p_shoulder_tilt_dh_d * l_4t_x
+    # link 1 (shoulder_pan): Coriolis terms
+    t440 = sc_2 * (K_3o_23 - t406 - 2.0 * (qd_2 * S_2_d)) + (ss_2 * (t426 + (t411 + t425)) + (t379 - t426))
+    # link 2 (shoulder_tilt): second change of its axis
+    t445 = t130 * t206 - t129 * v_2r_x
+    # link 2 (shoulder_tilt): Coriolis terms
+    C_2_f_y = l_4t_y - omega_2s_z * h_3b_y
+    t450 = omega_2s_x * h_4t_y
+    t452 = omega_2s_x * S_2_12
+    t456 = omega_2s_y * t399 + (p_boom_dh_a * l_4t_y + (K_4o_12 + t344))
+    C_2_n_x = t452 + t456 - omega_2s_z * t403
+    t461 = omega_2s_y * S_2_12
+    t464 = p_boom_dh_a * l_5t_y + (s_4 * t293 + c_4 * K_5t_12)
+    t467 = omega_2s_z * S_3_12 + t464 - omega_2s_x * S_2_11 - t461
+    C_2_n_y = t467 - 2.0 * (qd_3 * h_3_x)
+    t470 = t348 - t411
+    # link 2 (shoulder_tilt): change with its position
+    G_2_0 = w_2_xy * 2.0
+    t479 = w_2_xx - w_2_zz - t139
+    # link 3 (boom): Coriolis terms
+    t499 = J_3_11 * omega_3s_x
+    t500 = omega_3s_x * t376
+    t501 = omega_2s_x * t376
+    t509 = J_3_11 * t210 + (l_4t_x - t501) - 2.0 * (t130 * h_4t_y)
+    # link 3 (boom): change with its position
+    t510 = J_3_11 * t138
+    # link 4 (wrist_roll): Coriolis terms
+    t517 = omega_4s_z * h_5t_x
+    C_4_f_y = l_5t_x - J_4_y1 * omega_4s_z
+    C_4_f_z = omega_4s_x * h_5t_x + J_4_y1 * omega_4s_y
+    t523 = omega_4s_x * S_5t_13
+    t528 = omega_4s_y * t300 + (omega_4s_z * t301 + (t286 - t523))
+    t531 = omega_4s_y * S_5t_13
+    C_4_n_y = K_5t_23 - omega_4s_z * t257 - omega_4s_x * S_4_11 - t531
+    C_4_c_x = omega_4s_y * S_4_11 + (K_5t_12 - t523 - v_4b_z * h_5t_x)
+    t544 = J_4_y1 * v_4b_z + (t293 - t531) - omega_4s_x * t300
+    t551 = K_5_a - omega_4s_x * t301 - omega_4s_y * t257 - v_4r_x * h_5t_x
+    t552 = t551 - J_4_y1 * v_4r_y
+    # link 4 (wrist_roll): change with its position
+    G_4_0 = -2.0 * t161
+    t555 = w_4_xx - w_4_zz - t167
+    # link 5 (wrist_bend): Coriolis terms
+    C_5_f_y = t79 * omega_5s_z
+    t575 = t79 * omega_5s_y
+    C_5_n_x = t76 * omega_5s_y + (t250 - t78 * omega_5s_z)
+    t582 = omega_5s_x * S_5_11 + omega_5s_z * S_6_b
+    t584 = K_6t_12 - omega_5s_y * S_5_11
+    t587 = t76 * omega_5s_x - t79 * v_4r_y
+    t592 = t79 * (s_5 * v_4r_x + c_5 * v_4b_z) + (t246 + t78 * omega_5s_x)
+    t593 = omega_5s_y * S_6_b + t592
+    # link 5 (wrist_bend): change with its position
+    G_5_0 = -2.0 * t179
+    t596 = w_5_xx - w_5_zz - t185
+    t598 = F_5_y - t79 * t596
+    # link 6 (hand): Coriolis terms
+    C_6_n_x = J_6_yy * omega_6s_y
+    t608 = J_6_xx * omega_6s_x
+    C_6_c_x = J_6_xx * omega_6s_y
+    t610 = J_6_yy * omega_6s_x
+    # link 6 (hand): change with its position
+    G_6_1 = t183 - 2.0 * (omega_6r_x * omega_6r_x)
+    P_6_n_z = S_6_d * G_6_1
+    # link 2 (shoulder_tilt): effort with joint 2
+    t616 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
+    t622 = p_shoulder_tilt_dh_d * (c_2 * (t388 + omega_2s_z * h_4t_y) + s_2 * C_2_f_y)
+    t624 = s_2 * C_2_n_x + c_2 * C_2_n_y - t622
+    t627 = c_2 * (omega_2s_x * t399 + (K_2_23 - t461)) + s_2 * (K_3t_12 + t452 - omega_2s_y * S_2_11)
+    yc_2_2_y = -t627
+    # link 3 (boom): effort with joint 3
+    t631 = q_3 * t499
+    y1_3_3_b_z = t500 - t631
+    # link 2 (shoulder_tilt): effort with joint 3
+    t635 = p_shoulder_tilt_dh_d * c_2
+    t637 = s_2 * (t501 - omega_2s_x * t389) - c_2 * (t450 + omega_3s_x * h_3_x)
+    y1_2_3_b_z = t499 * t635 + t637
+    t641 = s_2 * t509
+    yc_2_3_y = -t641
+    # link 4 (wrist_roll): effort with joint 4
+    y0_4_4_n_z = S_4_11 - t300
+    t644 = t366 - y0_4_4_n_z
+    t650 = s_4 * t517 - c_4 * C_4_f_y
+    t653 = s_4 * C_4_n_y + c_4 * t528
+    yc_4_4_y = s_4 * C_4_c_x - c_4 * t544
+    # link 3 (boom): effort with joint 4
+    y0_3_4_b_z = t313 - q_3 * t318
+    y1_3_4_b_x = c_4 * C_4_n_y - s_4 * t528 - p_boom_dh_a * C_4_f_z - q_3 * (s_4 * C_4_f_y + c_4 * t517)
+    t670 = q_3 * t650
+    y1_3_4_b_z = t653 - t670
+    # link 2 (shoulder_tilt): effort with joint 4
+    t680 = p_shoulder_tilt_dh_d * (c_2 * t650 - s_2 * C_4_f_z)
+    t681 = c_2 * (K_5_a + p_boom_dh_a * t650) + s_2 * y1_3_4_b_x
+    t682 = t681 - t680
+    yc_2_4_y = c_2 * t552 + s_2 * yc_4_4_y
+    # link 5 (wrist_bend): effort with joint 5
+    t686 = t76 + S_5_11
+    t687 = s_5 * C_5_f_y
+    y1_5_5_f_y = c_5 * C_5_f_y
+    y1_5_5_n_x = s_5 * t582 + c_5 * C_5_n_x
+    y1_5_5_n_y = s_5 * C_5_n_x - c_5 * t582
+    t696 = s_5 * t598
+    t699 = c_5 * t584 - s_5 * t587
+    t702 = c_5 * t587 + s_5 * t584
+    # link 4 (wrist_roll): effort with joint 5
+    y0_4_5_f_x = c_4 * y0_5_5_f_x
+    y0_4_5_f_y = s_4 * y0_5_5_f_x
+    y0_4_5_b_z = S_5t_23 + p_boom_dh_a * y0_4_5_f_y
+    y1_4_5_f_x = s_4 * t575 - c_4 * t687
+    t717 = c_4 * t575 + s_4 * t687
+    t729 = c_4 * t593 - s_4 * t699
+    # link 3 (boom): effort with joint 5
+    t732 = p_boom_dh_a * h_5t_x + (c_4 * t686 - s_4 * S_5t_13)
+    t733 = q_3 * y0_4_5_f_x + t732
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 + s_4 * t686)
+    t739 = p_boom_dh_a * y1_5_5_f_y + (s_4 * y1_5_5_n_x + c_4 * t246)
+    y1_3_5_b_x = q_3 * y1_4_5_f_x + t739
+    t743 = q_3 * t717 + (c_4 * y1_5_5_n_x - s_4 * t246)
+    # link 2 (shoulder_tilt): effort with joint 5
+    y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
+    y0_2_5_b_z = c_2 * y0_4_5_b_z - s_2 * t733 - p_shoulder_tilt_dh_d * y0_2_5_f_x
+    t757 = p_shoulder_tilt_dh_d * (c_2 * t717 + s_2 * y1_5_5_f_y)
+    t758 = s_2 * y1_3_5_b_x + c_2 * (y1_5_5_n_y + p_boom_dh_a * t717)
+    t759 = t758 - t757
+    yc_2_5_y = s_2 * t729 - c_2 * t702
+    # link 6 (hand): effort with joint 6
+    y1_6_6_n_x = c_6 * C_6_n_x + s_6 * t608
+    t768 = c_6 * t608 - s_6 * C_6_n_x
+    yc_6_6_x = c_6 * C_6_c_x + s_6 * t610
+    yc_6_6_y = s_6 * C_6_c_x - c_6 * t610
+    # link 5 (wrist_bend): effort with joint 6
+    y0_5_6_n_x = s_5 * y0_6_6_n_z
+    t776 = c_5 * y0_6_6_n_z
+    y1_5_6_n_x = c_5 * y1_6_6_n_x
+    y1_5_6_n_y = s_5 * y1_6_6_n_x
+    yc_5_6_x = c_5 * yc_6_6_x
+    yc_5_6_y = s_5 * yc_6_6_x
+    # link 4 (wrist_roll): effort with joint 6
+    y0_4_6_n_x = c_4 * y0_5_6_n_x
+    y0_4_6_n_y = s_4 * y0_5_6_n_x
+    y1_4_6_n_x = s_4 * t768 + c_4 * y1_5_6_n_x
+    y1_4_6_n_y = s_4 * y1_5_6_n_x - c_4 * t768
+    yc_4_6_y = c_4 * yc_6_6_y + s_4 * yc_5_6_x
+    # link 2 (shoulder_tilt): effort with joint 6
+    y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
+    yc_2_6_y = s_2 * yc_4_6_y + c_2 * yc_5_6_y
+    # link 4 (wrist_roll): gravity
+    t804 = s_4 * t132
+    t809 = c_2 * t776 - s_2 * y0_4_6_n_y
+    t810 = qd_3 * 0.5
+    t812 = qd_6 * 0.5
+    t814 = qd_4 * 0.5
+    t816 = qd_2 * 0.5
+    t818 = qd_5 * 0.5
+    t825 = qd_1 * 0.5
+    t832 = J_3_11 * t209 + (l_4t_y + t500)
+    t845 = t461 - s_4 * t544 - c_4 * C_4_c_x - omega_2s_x * t644
+    t846 = t206 * t318 + t845
+    t849 = t450 - omega_3s_x * t318
+    t871 = omega_2s_x * y0_4_5_b_z + (c_4 * t699 + s_4 * t593)
+    t874 = omega_2s_y * t733 + (t871 - t206 * y0_4_5_f_y - v_2r_x * h_5t_x)
+    t878 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t883 = omega_4s_x * t686 + (t531 - t702 - v_4r_y * y0_5_5_f_x)
+    t900 = omega_2s_y * y0_4_6_n_y + (s_4 * yc_6_6_y - c_4 * yc_5_6_x)
+    t901 = omega_2s_x * t776 + t900
+    t903 = yc_5_6_y - omega_4s_y * y0_5_6_n_x
+    t905 = yc_6_6_y + y0_6_6_n_z * omega_5s_x
+    # effort less bias force
+    t921 = t79 * (c_5 * t804 + s_5 * t133) + (t814 * t883 + (tau_5 + t768 * t812))
+    t924 = t810 * t878 + (yc_2_5_y * t825 + t921) - t816 * t874
+    t926 = t924 - 0.5 * (qd_5 * t246)
+    t929 = t814 * t903 + (yc_2_6_y * t825 + (tau_6 - t818 * t905))
+    t930 = t929 - t816 * t901
+    # solve: L D L^T
+    t932 = 1.0 / (y0_6_6_n_z + p_hand_added_inertia_inertia)
+    t933 = t809 * t932
+    t934 = y0_4_6_n_x * t932
+    t936 = t776 * t932
+    t943 = 1.0 / (t686 + p_wrist_bend_added_inertia_inertia)
+    t944 = y0_2_5_b_z * t943
+    t945 = y0_3_5_b_z * t943
+    t946 = h_5t_x * t943
+    t948 = S_5t_23 * t943
+    t958 = t809 * t936 + (s_2 * S_2_12 + c_2 * t644 - t318 * t635)
+    t959 = y0_2_5_b_z * t948 + t958
+    t962 = y0_3_4_b_z + y0_4_6_n_x * t936 - y0_3_5_b_z * t948
+    t963 = h_5t_x * t948
+    t966 = y0_4_4_n_z + p_wrist_roll_added_inertia_inertia - t776 * t936
+    t968 = 1.0 / (t966 - S_5t_23 * t948)
+    t969 = t959 * t968
+    t971 = t962 * t968
+    t972 = t963 * t968
+    t979 = s_2 * t436 + (y0_2_5_b_z * t946 + t959 * t972)
+    t982 = t962 * t972 + (h_4t_y - y0_3_5_b_z * t946)
+    t985 = J_3_11 + p_boom_added_inertia_inertia - h_5t_x * t946
+    t987 = 1.0 / (t985 - t963 * t972)
+    t988 = t979 * t987
+    t989 = t982 * t987
+    t996 = y0_2_5_b_z * t945 + (c_2 * t403 + s_2 * S_3_12 - t616 - t809 * t934)
+    t998 = t996 - t959 * t971 - t979 * t989
+    t1001 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 + t399)
+    t1004 = t1001 - y0_4_6_n_x * t934 - y0_3_5_b_z * t945 - t962 * t971
+    t1006 = 1.0 / (t1004 - t982 * t989)
+    t1007 = t998 * t1006
+    t1013 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass + J_2_z1 * 2.0
+    t1018 = p_shoulder_tilt_com_y * J_2_z1 + (p_shoulder_pan_inertia_yy + t117)
+    t1023 = S_2_11 + (S_3_11 + (t127 + t1018)) - ss_2 * S_2_d - sc_2 * S_2_p
+    t1025 = p_shoulder_pan_added_inertia_inertia + t1023 - t809 * t933
+    t1028 = t1025 - y0_2_5_b_z * t944 - t959 * t969 - t979 * t988
+    t1030 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t1028 - t998 * t1007)
+    t1031 = p_shoulder_tilt_dh_d * (t1013 - h_3_x - t436) + t1030
+    t1043 = yc_2_4_y * t825 + (t810 * t849 + (tau_4 + t132 * t317))
+    t1046 = y1_5_5_n_y * t818 + (y1_5_6_n_y * t812 + (t1043 - J_4_y1 * t804))
+    t1051 = t1046 - t816 * t846 - t930 * t936 - t926 * t948 + 0.5 * (qd_4 * K_5_a)
+    t1058 = t816 * t832 + (tau_3 - t641 * t825) - J_3_11 * t133
+    t1061 = t926 * t946 + (y1_5_5_f_y * t818 + t1058) - t972 * t1051
+    t1063 = t1061 - 0.5 * (qd_4 * C_4_f_z)
+    t1069 = t743 * t818 + (tau_2 - y1_3_3_b_z * t810) - y1_3_4_b_z * t814
+    t1072 = y1_4_6_n_x * t812 + (t1069 - t132 * h_3b_y) - t627 * t825
+    t1075 = t930 * t934 + (t133 * h_4t_y + t1072) - t926 * t945
+    t1079 = t989 * t1063 + (t1075 - t971 * t1051) + 0.5 * (qd_2 * t470)
+    t1084 = t682 * t814 + (y1_2_6_n_y * t812 + (tau_1 - y1_2_3_b_z * t810))
+    t1088 = t759 * t818 + (t624 * t816 + t1084) - t930 * t933 - t926 * t944
+    t1091 = t1007 * t1079 + (t969 * t1051 + t1088 - t988 * t1063)
+    t1094 = 1.0 / (t112 + t1031)
+    t1095 = (t1091 - 0.5 * (qd_1 * (t440 - t437))) * t1094
+    t1102 = t1006 * t1079 + t1007 * t1095
+    t1106 = t989 * t1102 + (t987 * t1063 - t988 * t1095)
+    t1112 = t968 * t1051 + t969 * t1095 - t971 * t1102 - t972 * t1106
+    # link 2 (shoulder_tilt): acceleration field U along the axis
+    t1120 = c_2 * t1095
+    t1121 = s_2 * t1095
+    # link 2 (shoulder_tilt): acceleration of its joint
+    t1122 = p_shoulder_tilt_dh_d * t1095
+    # link 2 (shoulder_tilt): acceleration
+    t1124 = t132 + c_2 * t1122
+    t1126 = t133 - s_2 * t1122
+    # link 2 (shoulder_tilt): angular acceleration
+    t1127 = t135 - t1120
+    # link 2 (shoulder_tilt): acceleration field U
+    t1128 = w_2_xy - t1102
+    t1129 = t135 + t1127
+    t1132 = t1121 + 2.0 * (qd_2 * t130)
+    # link 3 (boom): acceleration of its frame
+    t1137 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * omega_2s_x - q_3 * t1132
+    t1139 = qd_3 * omega_2s_z - t1124 - q_3 * t1128
+    # link 2 (shoulder_tilt): change with its position
+    t1140 = q_3 * t138 - t1106
+    # link 3 (boom): acceleration of its frame
+    t1141 = t1126 - t1140
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t1152 = s_4 * t1128 + c_4 * t1132
+    t1155 = c_4 * t1128 - s_4 * t1132
+    # link 4 (wrist_roll): acceleration of its joint
+    t1156 = p_boom_dh_a * U_3_xx + t1137
+    t1158 = t1139 + p_boom_dh_a * t1120
+    t1160 = t1141 + p_boom_dh_a * t1121
+    # link 4 (wrist_roll): acceleration
+    t1163 = s_4 * t1158 + c_4 * t1156
+    t1166 = c_4 * t1158 - s_4 * t1156
+    # link 4 (wrist_roll): angular acceleration
+    t1167 = t162 - t1152
+    t1168 = t1112 - t1127
+    # link 4 (wrist_roll): acceleration field U
+    t1169 = t161 + t1168
+    t1170 = t162 + t1167
+    t1173 = t1155 + 2.0 * (omega_4r_y * omega_4_z)
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t1185 = s_5 * t1173 + c_5 * t1169
+    t1188 = c_5 * t1173 - s_5 * t1169
+    # link 5 (wrist_bend): angular acceleration
+    t1195 = t180 - t1185
+    t1198 = t946 * t1106 + (t926 * t943 - t944 * t1095 - t945 * t1102)
+    t1200 = t1167 + (t1198 - t948 * t1112)
+    # link 5 (wrist_bend): acceleration field U
+    t1201 = t179 + t1200
+    t1202 = t180 + t1195
+    t1205 = t1188 + 2.0 * (omega_5r_y * omega_5_z)
+    # link 5 (wrist_bend): Newton, inertial force
+    t1206 = t79 * t1201
+    # link 6 (hand): angular acceleration
+    t1221 = t934 * t1102 + (t930 * t932 - t933 * t1095) - t936 * t1112
+    # link 6 (hand): acceleration field U
+    t1226 = s_6 * t1205 - c_6 * t1201 + 2.0 * (omega_6r_x * omega_6_z)
+    t1230 = c_6 * t1205 + s_6 * t1201 + 2.0 * (omega_6r_y * omega_6_z)
+    # link 6 (hand): Euler, inertial moment
+    t1231 = J_6_yy * t1230
+    t1232 = J_6_xx * t1226
+    # link 5 (wrist_bend): moment from link 4
+    t1240 = s_6 * t1232 + (t78 * t185 + t76 * t1205 - t79 * t1166)
+    t1241 = c_6 * t1231 + t1240
+    t1243 = S_6_d * (omega_6r_x * omega_6r_y) - t78 * t1201 - t69 * t1202
+    t1244 = y0_6_6_n_z * (t1221 - t1195) + t1243
+    # link 4 (wrist_roll): force from link 3
+    t1252 = s_5 * F_5_y + J_4_y1 * t1169 - c_5 * t1206
+    t1253 = J_4_y1 * t165 + t79 * t1205
+    t1255 = s_5 * t1206 + (c_5 * F_5_y - J_4_y1 * t1173)
+    # link 4 (wrist_roll): moment from link 3
+    t1258 = s_5 * t1244 + (t94 * t167 + J_4_y1 * t1160 - t92 * t1173)
+    t1259 = c_5 * t1241 + t1258
+    t1262 = t78 * t1185 + (t179 * (t69 - t76) - J_4_xx * t1170 - t94 * t1169)
+    t1264 = t79 * (s_5 * t1160 - c_5 * t1163) + t1262 - (t69 + t76) * t1200
+    t1266 = c_6 * t1232 + t1264 - s_6 * t1231
+    # link 4 (wrist_roll): force, before its turn
+    t1271 = s_4 * t1252 + c_4 * t1253
+    # link 3 (boom): force from link 2
+    t1278 = t107 * t1132 + (J_3_x1 * U_3_xx + J_3_11 * t1137) - c_4 * t1252
+    t1279 = s_4 * t1253 + t1278
+    t1282 = J_3_11 * t1139 + (t107 * t1128 + J_3_x1 * t1120) - t1271
+    # link 2 (shoulder_tilt): change with its position
+    t1288 = t107 * t138 + h_4t_y * G_2_0 - h_3b_y * t479 - t129 * l_4t_x
+    t1294 = h_3_x * t1120 - J_3_11 * t1124
+    t1297 = h_4t_y * t479 + (h_3b_y * G_2_0 + t130 * l_4t_x) - t1282
+    t1299 = h_4t_y * t1132
+    t1306 = t403 * G_2_0 + (t161 * (J_4_xx + t92) + t130 * (t379 + t411))
+    t1309 = t129 * t406 + (S_3_12 * t479 + t1306) - t102 * t1128
+    t1312 = t94 * t1152 + (t1309 - J_3_x1 * t1139 - (J_4_xx - t92) * t1168)
+    t1315 = s_5 * t1241 + (J_4_y1 * t1163 + t1312 - c_5 * t1244)
+    t1318 = S_2_12 * t1132 + (p_boom_dh_a * t1271 + t1315 - h_3_x * t1124)
+    t1327 = t102 * t139 - t129 * (t348 - t379) - t130 * K_3o_23
+    t1330 = t403 * t479 + (t1327 - S_3_12 * G_2_0) - t107 * t1137
+    t1333 = s_4 * t1259 + (t1330 - J_3_x1 * t1141) - c_4 * t1266
+    t1336 = h_3_x * t1126 + (q_3 * t1279 + (p_boom_dh_a * t1255 + t1333))
+    t1339 = S_3_11 * t1121 + (t1336 - S_2_12 * t1129) - t1132 * (t122 - S_2_11)
+    # link 3 (boom): change with its position
+    t1344 = J_3_11 * t1128
+    # link 4 (wrist_roll): change with its position
+    t1352 = t1253 + (h_5t_x * G_4_0 - J_4_y1 * t555 - t155 * l_5t_y)
+    t1353 = t1352 - y0_5_5_f_x * t1155
+    t1356 = omega_4r_y * l_5t_y - h_5t_x * t555 - J_4_y1 * G_4_0
+    t1358 = y0_5_5_f_x * t1152 + (t1356 - t1252)
+    t1359 = J_4_y1 * t1170
+    t1361 = t155 * l_5t_x - h_5t_x * t1173
+    t1362 = t1359 - t1361
+    t1369 = t257 * t555 + (t155 * t290 - omega_4r_y * t283) - t301 * G_4_0
+    t1372 = y0_5_5_f_x * t1163 + (t1266 + t1369) - t261 * t1152
+    t1374 = S_5t_13 * t1173 + t1372 - t300 * t1170
+    t1381 = t257 * G_4_0 + (t155 * t246 + t301 * t555 - omega_4r_y * K_5t_13)
+    t1385 = t1259 + t1381 - S_4_11 * t1173 - t261 * t1155 - S_5t_13 * t1170
+    t1386 = y0_5_5_f_x * t1166 + t1385
+    # link 5 (wrist_bend): change with its position
+    t1391 = t79 * G_5_0 + t1206
+    t1392 = t79 * t1202
+    t1397 = omega_5r_y * t246 + (t78 * G_5_0 - S_6_b * t596) - t1244
+    t1399 = S_6t_22 * t1185 + t1397 - t76 * t1202
+    t1404 = t1241 + (S_6_b * G_5_0 + t78 * t596) - S_5_11 * t1205
+    t1405 = t1404 - S_6t_22 * t1188
+    t1410 = t255 * t596 - omega_5r_y * K_6t_12 - t79 * (s_5 * t1163 + c_5 * t1160)
+    t1412 = t78 * t1188 - (S_6_b * t1185 + t1410)
+    # link 6 (hand): change with its position
+    t1414 = t1232 - J_6_yy * t1226
+    t1416 = t1231 - J_6_xx * t1230
+    # link 2 (shoulder_tilt): effort with joint 2
+    t1417 = c_2 * (t318 * t1121 + (t1288 - t1255) - J_3_11 * t1140)
+    t1421 = s_2 * (t1129 * (J_2_xx - t399) + (S_3_11 * t1120 + t1318))
+    t1422 = p_shoulder_tilt_dh_d * (t1417 + s_2 * (t1294 + t1297))
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1434 = s_2 * (h_3b_y * t1132 + (t138 * h_3_x + t1279)) - c_2 * (t1299 - h_3_x * t1128)
+    t1435 = t1434 - p_shoulder_tilt_dh_d * (s_2 * t510 + c_2 * t1344)
+    # link 4 (wrist_roll): effort with joint 4
+    t1441 = s_4 * t1353 + c_4 * t1358
+    t1450 = t155 * t293 + (S_4_d * t555 - omega_4r_y * K_5t_12)
+    t1453 = t301 * t1155 + (h_5t_x * t1163 + (t1450 - t257 * t1152))
+    t1457 = J_4_y1 * t1166 + t1453 - t161 * S_5t_13 * 4.0
+    # link 3 (boom): effort with joint 4
+    t1462 = q_3 * (c_4 * t1353 - s_4 * t1358) + (s_4 * t1374 + c_4 * t1386 - p_boom_dh_a * t1362)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1471 = p_shoulder_tilt_dh_d * (c_2 * t1441 + s_2 * t1362) + (s_2 * t1462 - c_2 * (p_boom_dh_a * t1441 - t1457))
+    # link 5 (wrist_bend): effort with joint 5
+    t1473 = c_5 * t598 + s_5 * t1391
+    t1474 = c_5 * t1391
+    t1475 = t696 - t1474
+    t1479 = s_5 * t1405 + c_5 * t1399
+    t1480 = s_5 * t1399
+    t1481 = c_5 * t1405
+    # link 4 (wrist_roll): effort with joint 5
+    t1489 = c_4 * t1392 + s_4 * t1473
+    # link 3 (boom): effort with joint 5
+    t1500 = p_boom_dh_a * t1475 + (s_4 * t1479 + c_4 * t1412) - q_3 * (s_4 * t1392 - c_4 * t1473)
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1508 = c_2 * (t1480 - t1481 - p_boom_dh_a * t1489) + s_2 * t1500
+    t1509 = p_shoulder_tilt_dh_d * (c_2 * t1489 - s_2 * t1475) + t1508
+    # link 6 (hand): effort with joint 6
+    t1513 = s_6 * t1416 - c_6 * t1414
+    t1516 = s_6 * t1414 + c_6 * t1416
+    # link 5 (wrist_bend): effort with joint 6
+    t1518 = s_5 * P_6_n_z - c_5 * t1513
+    t1520 = c_5 * P_6_n_z + s_5 * t1513
+    # derivative of effort
+    t1550 = S_2_d * t479 + t129 * K_2_23 - t130 * K_3t_12 - h_4t_y * t1124
+    t1553 = S_3_12 * t1120 + (t1550 - h_3b_y * t1126) - t403 * t1121
+    t1560 = h_4t_y * t445 + (w_1_zz * y0_3_4_b_z + t130 * yc_4_4_y)
+    t1564 = S_2_12 * t1120 + (t1560 - t129 * t552 - t644 * t1121 - t318 * t1126)
+    t1566 = t129 * t702 + (w_1_zz * y0_3_5_b_z - t445 * y0_4_5_f_x)
+    t1569 = y0_4_5_b_z * t1121 + (y0_4_5_f_y * t1126 + (t130 * t729 + t1566))
+    t1573 = t130 * yc_4_6_y - w_1_zz * y0_4_6_n_x - t129 * yc_5_6_y
+    t1582 = y0_4_5_f_y * t1128 + (y0_4_5_f_x * t1132 - t138 * h_5t_x)
+    t1588 = omega_4r_y * t699 + (t138 * S_5t_23 - t155 * t593) - h_5t_x * (omega_4r_y * v_4r_y - t155 * v_4r_x)
+    t1590 = y0_5_5_f_x * (t155 * v_4b_z - t1166) + t1588 - S_5t_13 * t1152
+    t1593 = t138 * t776 - t155 * yc_6_6_y - omega_4r_y * yc_5_6_x
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = t1422 + (c_2 * t1339 - t1421)
+    out[2 * S + k] = t1435
+    out[3 * S + k] = t1471
+    out[4 * S + k] = -t1509
+    out[5 * S + k] = s_2 * (s_4 * t1518 + c_4 * t1516) - c_2 * t1520
+    out[6 * S + k] = t437 - t440
+    out[7 * S + k] = t624
+    out[8 * S + k] = -y1_2_3_b_z
+    out[9 * S + k] = t682
+    out[10 * S + k] = t759
+    out[11 * S + k] = y1_2_6_n_y
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = t1553 + 4.0 * (w_2_xy * S_2_12)
+    out[14 * S + k] = q_3 * t1344 - t138 * h_4t_y - t1282 - t376 * t1128
+    out[15 * S + k] = c_4 * t1374 - s_4 * t1386 - q_3 * t1441
+    out[16 * S + k] = q_3 * t1489 + (s_4 * t1412 - c_4 * t1479)
+    out[17 * S + k] = c_4 * t1518 - s_4 * t1516
+    out[18 * S + k] = yc_2_2_y
+    out[19 * S + k] = t470
+    out[20 * S + k] = t631 - t500
+    out[21 * S + k] = t670 - t653
+    out[22 * S + k] = t743
+    out[23 * S + k] = y1_4_6_n_x
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = -(t1294 + (t130 * t509 + w_1_zz * h_4t_y))
+    out[26 * S + k] = t510
+    out[27 * S + k] = t1361 - t1359
+    out[28 * S + k] = t1474 - t696
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = yc_2_3_y
+    out[31 * S + k] = t832
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = -C_4_f_z
+    out[34 * S + k] = y1_5_5_f_y
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = t1564
+    out[38 * S + k] = -(t1299 + t318 * t1128)
+    out[39 * S + k] = t1457
+    out[40 * S + k] = t1481 - t1480
+    out[41 * S + k] = -t1520
+    out[42 * S + k] = yc_2_4_y
+    out[43 * S + k] = -t846
+    out[44 * S + k] = t849
+    out[45 * S + k] = K_5_a
+    out[46 * S + k] = y1_5_5_n_y
+    out[47 * S + k] = y1_5_6_n_y
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = t733 * t1120 + t1569 - h_5t_x * t1124
+    out[50 * S + k] = t1582
+    out[51 * S + k] = t686 * t1155 + t1590
+    out[52 * S + k] = t1412
+    out[53 * S + k] = -t1516
+    out[54 * S + k] = yc_2_5_y
+    out[55 * S + k] = -t874
+    out[56 * S + k] = t878
+    out[57 * S + k] = t883
+    out[58 * S + k] = K_6_a
+    out[59 * S + k] = t768
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = t776 * t1121 + (y0_4_6_n_y * t1120 + t1573)
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = y0_5_6_n_x * t1152 + t1593
+    out[64 * S + k] = -(omega_5r_y * yc_6_6_x + y0_6_6_n_z * t1188)
+    out[65 * S + k] = -P_6_n_z
+    out[66 * S + k] = yc_2_6_y
+    out[67 * S + k] = -t901
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = t903
+    out[70 * S + k] = -t905
+    out[71 * S + k] = 0.0
+    factor_1_0 = -t1007
+    factor_2_0 = t988
+    factor_2_1 = -t989
+    factor_3_0 = -t969
+    factor_3_1 = t971
+    factor_3_2 = t972
+    factor_4_0 = t944
+    factor_4_1 = t945
+    factor_4_2 = -t946
+    factor_4_3 = t948
+    factor_5_0 = t933
+    factor_5_1 = -t934
+    factor_5_3 = t936
+    reciprocal_0 = t1094
+    reciprocal_1 = t1006
+    reciprocal_2 = t987
+    reciprocal_3 = t968
+    reciprocal_4 = t943
+    reciprocal_5 = t932
+    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8850,7 +10352,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 42:
         raise ValueError("p must have 42 entries")
     out = np.empty(72)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((6, 12))
 
 
@@ -8867,7 +10369,9 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 72:
         raise ValueError("out must have 72 entries")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8875,7 +10379,7 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 132:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 132 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(both[0:6], both[6:12], both[12:18], both[18:60], both[60:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9027,106 +10531,91 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     w_2_xx = t28 * t28
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t35 = w_2_xx + w_2_zz
+    t34 = w_2_xx + w_2_zz
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t36 = w_1_zz - t35
+    t35 = w_1_zz - t34
     # link 3 (boom): acceleration of its frame
     omega_2s_x = t28 * -2.0
     omega_2s_z = qd_2 * 2.0
     # link 3 (boom): products of angular velocity
     w_3_zz = t29 * t29
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t35 - w_3_zz
+    U_3_xx = w_2_zz - t34 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t49 = s_4 * t28 + qd_2 * c_4
+    t48 = s_4 * t28 + qd_2 * c_4
     omega_4r_y = qd_2 * s_4 - c_4 * t28
     # link 4 (wrist_roll): angular velocity
     omega_4_z = qd_4 + t29
     # link 4 (wrist_roll): products of angular velocity
-    t54 = t49 * omega_4r_y
-    t55 = t49 * omega_4_z
-    w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t49 * t49
+    t53 = t48 * omega_4r_y
+    t54 = t48 * omega_4_z
+    w_4_xx = t48 * t48
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): acceleration field U
-    t59 = w_4_xx + w_4_zz
+    t57 = w_4_xx + w_4_zz
     # link 4 (wrist_roll): Euler, inertial moment
-    t60 = t35 - t59
+    t58 = t34 - t57
     # link 5 (wrist_bend): angular velocity of link 4
-    t63 = s_5 * omega_4_z + c_5 * t49
-    omega_5r_y = s_5 * t49 - c_5 * omega_4_z
+    t61 = s_5 * omega_4_z + c_5 * t48
+    omega_5r_y = s_5 * t48 - c_5 * omega_4_z
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t68 = t63 * omega_5r_y
-    t69 = t63 * omega_5_z
-    w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t63 * t63
+    t66 = t61 * omega_5r_y
+    t67 = t61 * omega_5_z
+    w_5_xx = t61 * t61
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    t73 = w_5_xx + w_5_zz
+    t70 = w_5_xx + w_5_zz
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_y = t73 * 0.079443
+    F_5_y = t70 * 0.079443
     # link 5 (wrist_bend): Euler, inertial moment
-    t76 = t59 - t73
+    t73 = t57 - t70
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t63
-    omega_6r_y = s_6 * t63 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t61
+    omega_6r_y = s_6 * t61 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
-    # link 6 (hand): products of angular velocity
-    w_6_xz = omega_6r_x * omega_6_z
-    w_6_yz = omega_6r_y * omega_6_z
     # link 2 (shoulder_tilt): twice the velocity of its frame
     v_2b_x = qd_1 * -0.308
     v_2r_x = c_2 * v_2b_x
-    t91 = s_2 * v_2b_x
+    t86 = s_2 * v_2b_x
     omega_2s_y = t29 * -2.0
     # link 3 (boom): twice the velocity of its frame
     v_3b_x = v_2r_x + 2.0 * (qd_2 * q_3)
-    t96 = q_3 * omega_2s_x
+    t91 = q_3 * omega_2s_x
     omega_3s_x = qd_2 * -2.0
-    omega_3s_z = t29 * 2.0
     # link 4 (wrist_roll): twice the velocity of its frame
     v_4b_y = v_3b_x + t29 * 0.0406
-    v_4b_z = t91 + (qd_3 * 2.0 + t28 * 0.0406)
-    v_4r_x = s_4 * v_4b_y + c_4 * t96
-    v_4r_y = c_4 * v_4b_y - s_4 * t96
-    omega_4s_x = -2.0 * t49
+    v_4b_z = t86 + (qd_3 * 2.0 + t28 * 0.0406)
+    v_4r_x = s_4 * v_4b_y + c_4 * t91
+    v_4r_y = c_4 * v_4b_y - s_4 * t91
+    omega_4s_x = -2.0 * t48
     omega_4s_y = 2.0 * omega_4r_y
     omega_4s_z = 2.0 * omega_4_z
     # link 6 (hand): composite body, before its turn
-    K_6o_12 = qd_6 * 0.0002999999999999999
-    K_6o_21 = qd_6 * -0.0002999999999999999
-    K_6_p = K_6o_12 + K_6o_21
-    t123 = s_6 * K_6_p
-    K_6_a = c_6 * t123
-    t125 = s_6 * t123
-    K_6t_12 = K_6o_12 - t125
-    K_6t_21 = K_6o_21 - t125
+    K_6t_12 = qd_6 * 0.0002999999999999999
+    K_6t_21 = qd_6 * -0.0002999999999999999
     # link 5 (wrist_bend): composite body, before its turn
     ss_5 = s_5 * s_5
     sc_5 = c_5 * s_5
     S_5_a = ss_5 * -0.0280161283
     S_5_b = sc_5 * -0.0280161283
-    t134 = S_5_a + 0.00115
+    t122 = S_5_a + 0.00115
     y0_5_5_n_x = s_5 * -1.0697399999999999e-05
     S_5t_13 = s_5 * 1.0697399999999999e-05
     S_5t_22 = S_5_a + 0.0268661283
     S_5t_23 = c_5 * -1.0697399999999999e-05
-    t143 = s_5 * -0.079443
+    t131 = s_5 * -0.079443
     h_5t_x = s_5 * 0.079443
     h_5t_y = c_5 * -0.079443
-    K_5o_12 = qd_5 * -0.0023
-    K_5o_21 = qd_5 * -0.0537322566
     K_5o_31 = K_6t_21 + qd_5 * 2.1394799999999997e-05
-    K_5_p = K_5o_12 + K_5o_21
-    C_4_n_z = K_6_a * ss_5 - sc_5 * K_5_p
-    t159 = ss_5 * K_5_p + K_6_a * sc_5
-    t160 = K_6_a - C_4_n_z
-    K_5t_12 = K_5o_12 - t159
+    K_5_p = qd_5 * -0.0560322566
+    K_5_a = sc_5 * K_5_p
+    t140 = ss_5 * K_5_p
+    t143 = t140 + qd_5 * 0.0023
     K_5t_13 = c_5 * K_6t_12
-    K_5t_21 = K_5o_21 - t159
+    t147 = t140 + qd_5 * 0.0537322566
     K_5t_23 = s_5 * K_6t_12
     K_5t_31 = c_5 * K_5o_31
     K_5t_32 = s_5 * K_5o_31
@@ -9134,171 +10623,176 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     l_5t_x = c_5 * l_5o_x
     l_5t_y = s_5 * l_5o_x
     # link 4 (wrist_roll): composite body
-    t172 = S_5t_23 - 5.36544e-05
+    t156 = S_5t_23 - 5.36544e-05
     # link 4 (wrist_roll): composite body, before its turn
     ss_4 = s_4 * s_4
     sc_4 = c_4 * s_4
-    t177 = S_5_a + 0.0056497356
+    t160 = S_5_a + 0.0056497356
     S_4_p = s_5 * 2.1394799999999997e-05
-    t181 = ss_4 * t177 - sc_4 * S_4_p
-    t186 = s_4 * t172 - c_4 * S_5_b
-    t189 = c_4 * h_5t_x
-    t192 = s_4 * 0.029825999999999995 - t189
+    t164 = ss_4 * t160 - sc_4 * S_4_p
+    t169 = s_4 * t156 - c_4 * S_5_b
+    t172 = c_4 * h_5t_x
+    t175 = s_4 * 0.029825999999999995 - t172
     h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
-    t196 = qd_4 * S_4_p
-    t197 = t160 + t196
-    K_4o_12 = K_5t_13 - 2.0 * (qd_4 * t134)
-    t203 = qd_4 * 0.0089994712 - K_5t_31
-    K_4o_22 = K_6_a + t196
-    t207 = K_5t_21 - 2.0 * (qd_4 * t172)
-    t211 = K_5t_23 - qd_4 * sc_5 * 0.0560322566
-    t212 = t197 + K_4o_22
-    K_4_p = K_4o_12 - t203
-    t216 = ss_4 * t212 - sc_4 * K_4_p
-    t219 = sc_4 * t212 + ss_4 * K_4_p
-    K_3t_12 = t203 + t219
-    K_4t_22 = K_4o_22 - t216
-    t232 = qd_4 * 0.05965199999999999 - l_5t_x
+    K_4o_22 = qd_4 * S_4_p
+    t180 = K_5_a + K_4o_22
+    K_4o_12 = K_5t_13 - 2.0 * (qd_4 * t122)
+    t186 = qd_4 * 0.0089994712 - K_5t_31
+    t189 = t147 + 2.0 * (qd_4 * t156)
+    t193 = K_5t_23 - qd_4 * sc_5 * 0.0560322566
+    t194 = K_4o_22 + t180
+    K_4_p = K_4o_12 - t186
+    t198 = ss_4 * t194 - sc_4 * K_4_p
+    t201 = sc_4 * t194 + ss_4 * K_4_p
+    K_3t_12 = t186 + t201
+    K_4t_22 = K_4o_22 - t198
+    t214 = qd_4 * 0.05965199999999999 - l_5t_x
     l_4o_y = 0.158886 * (qd_4 * s_5)
-    t237 = c_4 * t232 + s_4 * l_4o_y
-    l_4t_y = c_4 * l_4o_y - s_4 * t232
+    t219 = c_4 * t214 + s_4 * l_4o_y
+    l_4t_y = c_4 * l_4o_y - s_4 * t214
     # link 3 (boom): composite body
-    t243 = t134 - t181 + 0.0406 * t192
-    S_3_12 = S_5t_13 - sc_4 * t177 - ss_4 * S_4_p + 0.0203 * h_4t_y
-    t249 = t192 - 0.13134099999999999
-    t251 = h_5t_y + 2.7499110000000004
+    t225 = t122 - t164 + 0.0406 * t175
+    S_3_12 = S_5t_13 - sc_4 * t160 - ss_4 * S_4_p + 0.0203 * h_4t_y
+    t231 = t175 - 0.13134099999999999
+    t233 = h_5t_y + 2.7499110000000004
     # link 3 (boom): composite body: flow of its moments
-    t254 = t197 - t216 + 0.0203 * t237
-    K_3_12 = K_4o_12 - t219 + 0.0203 * l_4t_y
+    t236 = t180 - t198 + 0.0203 * t219
     # link 3 (boom): composite body, before its turn
-    t262 = c_4 * K_5t_32 + s_4 * K_5t_12 - 2.0 * (qd_3 * h_4t_y)
+    t240 = c_4 * K_5t_32 - s_4 * t143 - 2.0 * (qd_3 * h_4t_y)
     l_3o_z = qd_3 * 12.940000000000001 - l_5t_y
-    t269 = q_3 * 6.470000000000001 - t251
+    t246 = q_3 * 6.470000000000001 - t233
     # link 2 (shoulder_tilt): composite body
-    t271 = t181 - 0.012499735599999895
-    S_2_12 = c_4 * t172 + s_4 * S_5_b - q_3 * h_4t_y
-    S_2_22 = q_3 * t269 + (S_5_a - q_3 * t251) + 4.314419422000001
-    S_2_23 = t186 + c_5 * 0.0016126928999999999 - q_3 * t249 - 0.055823193300000004
+    t248 = t164 - 0.012499735599999895
+    S_2_12 = c_4 * t156 + s_4 * S_5_b - q_3 * h_4t_y
+    t258 = q_3 * (t233 - t246) + ss_5 * 0.0280161283 - 4.314419422000001
+    S_2_23 = t169 + c_5 * 0.0016126928999999999 - q_3 * t231 - 0.055823193300000004
     # link 2 (shoulder_tilt): composite body: flow of its moments
-    t290 = c_4 * t211 + s_4 * t207 - q_3 * l_4t_y
-    t294 = C_4_n_z + 2.0 * (qd_3 * t251) - q_3 * l_3o_z
-    t297 = q_3 * t237 + (c_4 * t207 - s_4 * t211)
+    t268 = c_4 * t193 - s_4 * t189 - q_3 * l_4t_y
+    t273 = K_5_a + q_3 * l_3o_z - 2.0 * (qd_3 * t233)
+    t276 = c_4 * t189 + s_4 * t193 - q_3 * t219
     # link 2 (shoulder_tilt): composite body, before its turn
     ss_2 = s_2 * s_2
     sc_2 = c_2 * s_2
-    t300 = t271 + S_2_22
+    t279 = t248 - t258
     S_2_p = 2.0 * S_2_12
-    t309 = qd_2 * S_2_p
-    K_2o_11 = K_4t_22 - t309
-    K_2_d = K_2o_11 + (t294 - t309)
-    K_2_p = t262 + t290 - 2.0 * (qd_2 * t271) - 2.0 * (qd_2 * S_2_22)
-    h_2b_y = t249 + 0.99638
+    t288 = qd_2 * S_2_p
+    K_2o_11 = K_4t_22 - t288
+    K_2_p = t240 + t268 - 2.0 * (qd_2 * t279)
+    t297 = sc_2 * K_2_p
+    h_2b_y = t231 + 0.99638
     # link 1 (shoulder_pan): Coriolis terms
-    C_1_n_z = K_2o_11 + (t237 * 0.154 - t254) - ss_2 * K_2_d - sc_2 * K_2_p
+    t304 = ss_2 * (t273 + t288 - K_2o_11) + (K_2o_11 + (t219 * 0.154 - t236))
     # link 2 (shoulder_tilt): second change of its axis
-    t332 = t29 * t91 - t28 * v_2r_x
+    t309 = t29 * t86 - t28 * v_2r_x
     # link 2 (shoulder_tilt): Coriolis terms
     C_2_f_x = l_3o_z - omega_2s_z * h_4t_y
-    C_2_f_y = l_4t_y + omega_2s_z * t269
-    t337 = omega_2s_x * h_4t_y
-    t339 = omega_2s_x * S_2_12
-    C_2_n_x = omega_2s_z * S_2_23 + (t339 + (K_3_12 + omega_2s_y * S_2_22))
-    t346 = omega_2s_y * S_2_12
-    t351 = c_4 * K_5t_12 + (0.0203 * l_5t_y - s_4 * K_5t_32) + 2.0 * (qd_3 * t249)
-    C_2_n_y = omega_2s_x * t271 + (omega_2s_z * S_3_12 + t351) - t346
-    C_2_n_z = K_4t_22 - t294
-    C_2_c_y = t297 + t346 - omega_2s_x * S_2_22
+    C_2_f_y = l_4t_y + omega_2s_z * t246
+    t314 = omega_2s_x * h_4t_y
+    t316 = omega_2s_x * S_2_12
+    t321 = K_4o_12 - t201 + 0.0203 * l_4t_y - omega_2s_y * t258
+    C_2_n_x = omega_2s_z * S_2_23 + (t316 + t321)
+    t326 = omega_2s_y * S_2_12
+    t331 = omega_2s_z * S_3_12 + (0.0203 * l_5t_y - s_4 * K_5t_32 - c_4 * t143)
+    C_2_n_y = omega_2s_x * t248 + t331 - t326 + 2.0 * (qd_3 * t231)
+    C_2_n_z = K_4t_22 + t273
     # link 2 (shoulder_tilt): change with its position
     G_2_0 = w_2_xy * 2.0
-    G_2_1 = t36 + (w_2_zz - w_2_xx)
+    G_2_1 = t35 + (w_2_zz - w_2_xx)
     # link 3 (boom): Coriolis terms
     C_3_f_y = qd_2 * 12.940000000000001
-    t386 = omega_3s_x * t251
-    t387 = omega_2s_x * t251
-    t395 = t96 * 6.470000000000001 - t237 - t387 - omega_3s_z * h_4t_y
+    t366 = omega_3s_x * t233
+    t367 = omega_2s_x * t233
+    t375 = t91 * 6.470000000000001 - t219 - t367 - 2.0 * (t29 * h_4t_y)
     # link 4 (wrist_roll): Coriolis terms
-    t402 = omega_4s_z * h_5t_x
-    t404 = omega_4_z * 0.05965199999999999 - l_5t_x
+    t382 = omega_4s_z * h_5t_x
+    t384 = omega_4_z * 0.05965199999999999 - l_5t_x
     C_4_f_z = omega_4s_x * h_5t_x + omega_4r_y * 0.05965199999999999
-    t408 = omega_4s_x * S_5t_13
-    C_4_n_x = t408 + (K_5t_21 + omega_4r_y * 0.0089994712) - omega_4s_z * t172
-    t416 = omega_4s_y * S_5t_13
-    C_4_n_y = omega_4s_x * t134 + (K_5t_23 + omega_4s_z * S_5_b) - t416
-    C_4_c_x = K_5t_12 - t408 - v_4b_z * h_5t_x - omega_4s_y * t134
-    t428 = K_5t_32 + (t49 * 0.0089994712 - v_4b_z * 0.029825999999999995)
-    C_4_c_y = t416 + t428
-    t435 = omega_4s_x * t172 + (C_4_n_z + v_4r_y * 0.029825999999999995)
-    C_4_c_z = v_4r_x * h_5t_x + (t435 - omega_4s_y * S_5_b)
+    t388 = omega_4s_x * S_5t_13
+    C_4_n_x = t388 + (omega_4r_y * 0.0089994712 - t147) - omega_4s_z * t156
+    t396 = omega_4s_y * S_5t_13
+    C_4_n_y = omega_4s_x * t122 + (K_5t_23 + omega_4s_z * S_5_b) - t396
+    t404 = omega_4s_y * t122 + (v_4b_z * h_5t_x + (t143 + t388))
+    t408 = K_5t_32 + (t48 * 0.0089994712 - v_4b_z * 0.029825999999999995)
+    C_4_c_y = t396 + t408
+    t415 = omega_4s_x * t156 + (v_4r_y * 0.029825999999999995 - K_5_a)
+    C_4_c_z = v_4r_x * h_5t_x + (t415 - omega_4s_y * S_5_b)
     # link 4 (wrist_roll): change with its position
-    G_4_0 = -2.0 * t54
-    G_4_1 = t60 + (w_4_zz - w_4_xx)
+    G_4_0 = -2.0 * t53
+    G_4_1 = t58 + (w_4_zz - w_4_xx)
+    t435 = t48 * K_5t_32
     # link 5 (wrist_bend): Coriolis terms
     C_5_f_y = omega_5_z * 0.158886
     C_5_f_z = omega_5r_y * -0.158886
-    t464 = omega_5r_y * 0.0537322566 - omega_5_z * 2.1394799999999997e-05
-    C_5_n_x = t464 - K_6t_21
-    C_5_n_y = t63 * -0.0023
-    t469 = K_6t_12 + omega_5r_y * 0.0023
-    C_5_c_y = t63 * 0.0537322566 + 0.079443 * v_4r_y
-    t475 = t63 * 2.1394799999999997e-05 - 0.079443 * (s_5 * v_4r_x + c_5 * v_4b_z)
-    t476 = K_6_a + t475
+    t441 = omega_5r_y * 0.0537322566 - omega_5_z * 2.1394799999999997e-05
+    C_5_n_x = t441 - K_6t_21
+    C_5_n_y = t61 * -0.0023
+    t446 = K_6t_12 + omega_5r_y * 0.0023
+    C_5_c_y = t61 * 0.0537322566 + 0.079443 * v_4r_y
+    t452 = t61 * 2.1394799999999997e-05 - 0.079443 * (s_5 * v_4r_x + c_5 * v_4b_z)
     # link 5 (wrist_bend): change with its position
-    G_5_1 = t76 + (w_5_zz - w_5_xx)
-    t480 = F_5_y + 0.079443 * G_5_1
+    G_5_1 = t73 + (w_5_zz - w_5_xx)
+    t456 = F_5_y + 0.079443 * G_5_1
     # link 6 (hand): Coriolis terms
     C_6_n_x = omega_6r_y * 0.0002999999999999999
     C_6_n_y = omega_6r_x * -0.0002999999999999999
     # link 2 (shoulder_tilt): effort with joint 2
     y1_2_2_f_x = c_2 * C_2_f_x - s_2 * C_2_f_y
-    t492 = c_2 * C_2_n_y + (s_2 * C_2_n_x + 0.154 * y1_2_2_f_x)
-    yc_2_2_y = c_2 * C_2_c_y - s_2 * (omega_2s_y * t271 + (K_3t_12 + t339))
+    t467 = c_2 * C_2_n_y + (s_2 * C_2_n_x + 0.154 * y1_2_2_f_x)
+    t470 = c_2 * (t276 - t326 - omega_2s_x * t258) + s_2 * (omega_2s_y * t248 + (K_3t_12 + t316))
+    yc_2_2_y = -t470
     # link 3 (boom): effort with joint 3
-    y1_3_3_b_z = t386 + q_3 * C_3_f_y
+    y1_3_3_b_z = t366 + q_3 * C_3_f_y
     # link 2 (shoulder_tilt): effort with joint 3
-    t505 = s_2 * (t387 + 12.940000000000001 * (q_3 * t28)) - c_2 * (t337 - omega_3s_x * t249)
-    y1_2_3_b_z = t505 - 0.154 * (c_2 * C_3_f_y)
-    t509 = s_2 * t395
+    t479 = s_2 * (t367 + 12.940000000000001 * (q_3 * t28)) - c_2 * (t314 - omega_3s_x * t231)
+    t481 = 0.154 * (c_2 * C_3_f_y)
+    y1_2_3_b_z = t479 - t481
+    t484 = s_2 * t375
+    yc_2_3_y = -t484
     # link 4 (wrist_roll): effort with joint 4
-    t512 = t134 + 0.0203 * t192 - 0.0044997356
-    y1_4_4_f_x = s_4 * t404 - c_4 * t402
-    t518 = s_4 * t402 + c_4 * t404
-    y1_4_4_b_z = C_4_n_z - 0.0203 * t518
-    yc_4_4_y = s_4 * C_4_c_x + c_4 * C_4_c_y
+    t489 = t122 + 0.0203 * t175 - 0.0044997356
+    y1_4_4_f_x = s_4 * t384 - c_4 * t382
+    t495 = s_4 * t382 + c_4 * t384
+    t498 = s_4 * C_4_n_y - c_4 * C_4_n_x
+    t507 = s_4 * t404 - c_4 * C_4_c_y
     # link 3 (boom): effort with joint 4
-    y0_3_4_b_z = t186 - q_3 * t192
-    t538 = 0.0203 * C_4_f_z - c_4 * C_4_n_y - s_4 * C_4_n_x - q_3 * y1_4_4_f_x
-    y1_3_4_b_z = s_4 * C_4_n_y - c_4 * C_4_n_x - q_3 * t518
+    y0_3_4_b_z = t169 - q_3 * t175
+    t514 = 0.0203 * C_4_f_z - c_4 * C_4_n_y - s_4 * C_4_n_x - q_3 * y1_4_4_f_x
+    t515 = q_3 * t495
+    y1_3_4_b_z = t498 - t515
     # link 2 (shoulder_tilt): effort with joint 4
-    t550 = c_2 * y1_4_4_b_z + 0.154 * (c_2 * t518 - s_2 * C_4_f_z)
-    y1_2_4_b_z = s_2 * t538 + t550
-    t554 = c_2 * C_4_c_z - s_2 * yc_4_4_y
+    t524 = 0.154 * (c_2 * t495 - s_2 * C_4_f_z) - c_2 * (K_5_a + 0.0203 * t495)
+    y1_2_4_b_z = s_2 * t514 + t524
+    t529 = c_2 * C_4_c_z + s_2 * t507
+    yc_2_4_y = -t529
     # link 5 (wrist_bend): effort with joint 5
     y0_5_5_f_x = c_5 * 0.079443
     y0_5_5_n_y = c_5 * 1.0697399999999999e-05
-    t557 = s_5 * C_5_f_y
+    t533 = s_5 * C_5_f_y
     y1_5_5_f_y = c_5 * C_5_f_y
-    t561 = s_5 * C_5_n_y - c_5 * C_5_n_x
+    t537 = s_5 * C_5_n_y - c_5 * C_5_n_x
     y1_5_5_n_y = s_5 * C_5_n_x + c_5 * C_5_n_y
-    t569 = c_5 * t469 + s_5 * C_5_c_y
-    yc_5_5_y = c_5 * C_5_c_y - s_5 * t469
+    t545 = c_5 * t446 + s_5 * C_5_c_y
+    yc_5_5_y = c_5 * C_5_c_y - s_5 * t446
     # link 4 (wrist_roll): effort with joint 5
     y0_4_5_f_x = c_4 * y0_5_5_f_x
     y0_4_5_f_y = s_4 * y0_5_5_f_x
-    t578 = y0_5_5_n_y - 0.0203 * y0_4_5_f_y
-    y1_4_5_f_y = c_4 * C_5_f_z - s_4 * t557
-    t596 = c_4 * t476 + s_4 * t569
+    t554 = y0_5_5_n_y - 0.0203 * y0_4_5_f_y
+    y1_4_5_f_y = c_4 * C_5_f_z - s_4 * t533
+    t569 = c_4 * t452 + s_4 * t545
     # link 3 (boom): effort with joint 5
-    t601 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
-    y0_3_5_b_x = q_3 * y0_4_5_f_x + (s_4 * y0_5_5_n_x + t601)
+    t574 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
+    y0_3_5_b_x = q_3 * y0_4_5_f_x + (s_4 * y0_5_5_n_x + t574)
     y0_3_5_b_z = q_3 * y0_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * y0_5_5_n_x)
-    y1_3_5_b_x = 0.0203 * y1_5_5_f_y - s_4 * t561 - c_4 * K_6_a - q_3 * (s_4 * C_5_f_z + c_4 * t557)
-    y1_3_5_b_z = c_4 * t561 - s_4 * K_6_a + q_3 * y1_4_5_f_y
+    y1_3_5_b_x = 0.0203 * y1_5_5_f_y - s_4 * t537 - q_3 * (s_4 * C_5_f_z + c_4 * t533)
+    y1_3_5_b_z = c_4 * t537 + q_3 * y1_4_5_f_y
     # link 2 (shoulder_tilt): effort with joint 5
     y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
-    t622 = s_2 * y0_3_5_b_x + (c_2 * t578 + 0.154 * y0_2_5_f_x)
+    t594 = s_2 * y0_3_5_b_x + (c_2 * t554 + 0.154 * y0_2_5_f_x)
     y1_2_5_f_x = c_2 * y1_4_5_f_y - s_2 * y1_5_5_f_y
-    t630 = c_2 * (y1_5_5_n_y - 0.0203 * y1_4_5_f_y) + (s_2 * y1_3_5_b_x + 0.154 * y1_2_5_f_x)
-    t633 = s_2 * t596 - c_2 * yc_5_5_y
+    t602 = c_2 * (y1_5_5_n_y - 0.0203 * y1_4_5_f_y) + (s_2 * y1_3_5_b_x + 0.154 * y1_2_5_f_x)
+    t603 = s_2 * t569
+    t604 = c_2 * yc_5_5_y
+    yc_2_5_y = t604 - t603
     # link 6 (hand): effort with joint 6
     y1_6_6_n_x = c_6 * C_6_n_x - s_6 * C_6_n_y
     y1_6_6_n_y = c_6 * C_6_n_y + s_6 * C_6_n_x
@@ -9310,7 +10804,10 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     # link 4 (wrist_roll): effort with joint 6
     y0_4_6_n_x = c_4 * y0_5_6_n_x
     y0_4_6_n_y = s_4 * y0_5_6_n_x
-    t649 = s_4 * y1_6_6_n_y - c_4 * y1_5_6_n_x
+    t620 = s_4 * y1_6_6_n_y
+    t621 = c_4 * y1_5_6_n_x
+    t622 = t620 - t621
+    y1_4_6_n_x = t621 - t620
     y1_4_6_n_y = s_4 * y1_5_6_n_x + c_4 * y1_6_6_n_y
     # link 2 (shoulder_tilt): effort with joint 6
     y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
@@ -9321,385 +10818,364 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     g_4r_x = s_4 * g_2r_x
     # link 5 (wrist_bend): gravity
     g_5r_x = c_5 * g_4r_x + s_5 * g_2r_y
-    t665 = c_2 * y0_5_6_n_y + s_2 * y0_4_6_n_y
-    t667 = qd_3 * 0.5
-    t669 = qd_6 * 0.5
-    t671 = qd_4 * 0.5
-    t673 = qd_2 * 0.5
-    t675 = qd_5 * 0.5
-    t684 = qd_1 * 0.5
-    t692 = v_2r_x * 6.470000000000001 - v_3b_x * 6.470000000000001
-    t696 = omega_2s_y * t249 + (omega_3s_z * t249 + (t692 - l_4t_y - t386))
-    t709 = s_4 * C_4_c_y - c_4 * C_4_c_x + (t91 * t192 + (t346 - omega_2s_x * t512))
-    t711 = t337 - omega_3s_x * t192
-    t734 = c_4 * t569 - s_4 * t476 - omega_2s_x * t578 - t91 * y0_4_5_f_y
-    t736 = v_2r_x * h_5t_x - (omega_2s_y * y0_3_5_b_x + t734)
-    t739 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
-    t745 = yc_5_5_y - v_4r_y * y0_5_5_f_x - omega_4s_y * y0_5_5_n_x
-    t746 = t49 * -0.051432256600000004 + t745
-    t763 = omega_2s_x * y0_5_6_n_y - (t649 + omega_2s_y * y0_4_6_n_y)
-    t765 = y1_5_6_n_y - omega_4s_y * y0_5_6_n_x
-    t768 = t63 * 0.0005999999999999998 - y1_6_6_n_y
+    t639 = c_2 * y0_5_6_n_y + s_2 * y0_4_6_n_y
+    t641 = qd_3 * 0.5
+    t643 = qd_6 * 0.5
+    t645 = qd_4 * 0.5
+    t647 = qd_2 * 0.5
+    t649 = qd_5 * 0.5
+    t656 = qd_1 * 0.5
+    t664 = l_4t_y + t366 - 6.470000000000001 * (v_2r_x - v_3b_x)
+    t676 = c_4 * t404 + (t326 + s_4 * C_4_c_y) - omega_2s_x * t489
+    t677 = t86 * t175 + t676
+    t679 = t314 - omega_3s_x * t175
+    t701 = c_4 * t545 - s_4 * t452 - omega_2s_x * t554 - t86 * y0_4_5_f_y
+    t703 = omega_2s_y * y0_3_5_b_x + (t701 - v_2r_x * h_5t_x)
+    t704 = -t703
+    t707 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t713 = v_4r_y * y0_5_5_f_x + (t48 * 0.051432256600000004 - yc_5_5_y)
+    t714 = omega_4s_y * y0_5_5_n_x + t713
+    t715 = -t714
+    t731 = omega_2s_x * y0_5_6_n_y - (t622 + omega_2s_y * y0_4_6_n_y)
+    t733 = y1_5_6_n_y - omega_4s_y * y0_5_6_n_x
+    t736 = t61 * 0.0005999999999999998 - y1_6_6_n_y
     # effort less bias force
-    t776 = t671 * t746 + (u_5 - 0.079443 * g_5r_x - y1_6_6_n_y * t669)
-    t780 = t667 * t739 + (t776 + 0.5 * (qd_5 * K_6_a) - t633 * t684)
-    t781 = t673 * t736 + t780
-    t784 = t671 * t765 + (y1_2_6_n_y * t684 + (u_6 + t675 * t768))
-    t785 = t673 * t763 + t784
+    t744 = u_5 - 0.079443 * g_5r_x - y1_6_6_n_y * t643 - t645 * t714
+    t747 = t641 * t707 + (t744 - (t603 - t604) * t656) - t647 * t703
+    t750 = t645 * t733 + (y1_2_6_n_y * t656 + (u_6 + t649 * t736))
+    t751 = t647 * t731 + t750
     # solve: L D L^T
-    t787 = t665 * 49.26108374384237
-    t788 = y0_4_6_n_x * 49.26108374384237
-    t790 = c_5 * 0.014778325123152707
-    t798 = t622 * 8.148888119704473
-    t799 = y0_3_5_b_z * 8.148888119704473
-    t801 = s_5 * -0.6473721188936825
-    t803 = c_5 * -8.717191577172662e-05
-    t814 = s_2 * S_2_12 + c_2 * t512 - 0.154 * (c_2 * t192) - t665 * t790
-    t815 = t814 - t622 * t803
-    t818 = y0_3_4_b_z + y0_4_6_n_x * t790 - y0_3_5_b_z * t803
-    t819 = t143 * t803
-    t822 = S_5t_23 * t803 + (t134 + c_5 * 0.0002999999999999999 * t790)
-    t826 = 1.0 / (t822 - 0.1104997356)
-    t827 = t815 * t826
-    t828 = t818 * t826
-    t829 = t819 * t826
-    t837 = s_2 * t249 + s_2 * 0.99638 - t622 * t801 - t815 * t829
-    t840 = t818 * t829 + (h_4t_y + y0_3_5_b_z * t801)
-    t845 = 1.0 / (t143 * t801 - t819 * t829 - 7.252000000000001)
-    t846 = t837 * t845
-    t847 = t840 * t845
-    t852 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t269 - s_2 * h_4t_y) * 0.154
-    t856 = t837 * t847 + (t622 * t799 + (t852 - t665 * t788) - t815 * t828)
-    t860 = y0_3_5_b_z * t799 + (y0_4_6_n_x * t788 + (t271 - S_2_22))
-    t865 = 1.0 / (t860 - t818 * t828 - t840 * t847 - 2.193)
-    t866 = t856 * t865
-    t872 = sc_2 * S_2_p + (t271 + (t243 - t249 * 0.154) - ss_2 * t300)
-    t876 = t622 * t798 + (t665 * t787 + (t872 - h_2b_y * 0.154))
-    t881 = t876 - t815 * t827 - t837 * t846 - t856 * t866 - 1.4339328644
-    t891 = u_4 + 0.029825999999999995 * g_4r_x - t189 * g_2r_x
-    t895 = t667 * t711 + t891 - t554 * t684 - 0.5 * (qd_4 * C_4_n_z)
-    t898 = y1_5_5_n_y * t675 + (y1_5_6_n_y * t669 + t895) - t673 * t709
-    t900 = t898 - t785 * t790 - t781 * t803
-    t908 = u_3 - c_2 * 63.47070000000001 - t509 * t684 - t673 * t696
-    t911 = y1_5_5_f_y * t675 + (t908 - 0.5 * (qd_4 * C_4_f_z))
-    t913 = t911 - t781 * t801 - t829 * t900
-    t918 = u_2 - y1_3_3_b_z * t667 - y1_3_5_b_z * t675 - y1_3_4_b_z * t671
-    t922 = t918 - 0.5 * (qd_2 * C_2_n_z) - t269 * g_2r_x - t649 * t669
-    t925 = t785 * t788 + (yc_2_2_y * t684 + t922 - h_4t_y * g_2r_y)
-    t928 = t828 * t900 + (t925 - t781 * t799) - t847 * t913
-    t932 = y1_2_6_n_y * t669 + (u_1 - y1_2_3_b_z * t667) - y1_2_4_b_z * t671
-    t936 = t630 * t675 + (t492 * t673 + t932) - 0.5 * (qd_1 * C_1_n_z)
-    t940 = t781 * t798 + (t785 * t787 + t936) - t827 * t900 - t846 * t913
-    t942 = 1.0 / t881
-    t943 = (t866 * t928 + t940) * t942
-    t950 = t865 * t928 + t866 * t943
-    t954 = t845 * t913 - t846 * t943 - t847 * t950
-    t960 = t828 * t950 + (t826 * t900 - t827 * t943) - t829 * t954
+    t753 = t639 * 49.26108374384237
+    t755 = t639 * -49.26108374384237
+    t756 = y0_4_6_n_x * 49.26108374384237
+    t757 = y0_4_6_n_x * -49.26108374384237
+    t759 = c_5 * 0.014778325123152707
+    t767 = t594 * 8.148888119704473
+    t769 = t594 * -8.148888119704473
+    t770 = y0_3_5_b_z * 8.148888119704473
+    t772 = s_5 * -0.6473721188936825
+    t774 = c_5 * -8.717191577172662e-05
+    t787 = s_2 * S_2_12 - t639 * t759 - t594 * t774 - c_2 * (t175 * 0.154 - t489)
+    t790 = y0_3_4_b_z + y0_4_6_n_x * t759 - y0_3_5_b_z * t774
+    t791 = t131 * t774
+    t794 = S_5t_23 * t774 + (t122 + c_5 * 0.0002999999999999999 * t759)
+    t798 = 1.0 / (t794 - 0.1104997356)
+    t799 = t787 * t798
+    t800 = t790 * t798
+    t801 = -t800
+    t802 = t791 * t798
+    t809 = t594 * t772 + t787 * t802 - s_2 * h_2b_y
+    t812 = t790 * t802 + (h_4t_y + y0_3_5_b_z * t772)
+    t817 = 1.0 / (t131 * t772 - t791 * t802 - 7.252000000000001)
+    t818 = t809 * t817
+    t819 = -t818
+    t820 = t812 * t817
+    t825 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t246 - s_2 * h_4t_y) * 0.154
+    t829 = t594 * t770 + (t825 - t639 * t756) - t787 * t800 - t809 * t820
+    t833 = y0_3_5_b_z * t770 + (y0_4_6_n_x * t756 + (t248 + t258))
+    t838 = 1.0 / (t833 - t790 * t800 - t812 * t820 - 2.193)
+    t839 = t829 * t838
+    t840 = -t839
+    t846 = t639 * t753 + (sc_2 * S_2_p + (t225 + t248 - ss_2 * t279))
+    t850 = t594 * t767 + t846 - t787 * t799 - t809 * t818 - t829 * t839
+    t865 = u_4 + 0.029825999999999995 * g_4r_x - t172 * g_2r_x
+    t868 = y1_5_6_n_y * t643 + (t641 * t679 + t865 - t529 * t656)
+    t871 = y1_5_5_n_y * t649 + t868 - t647 * t677 - t751 * t759
+    t874 = t871 - t747 * t774 + 0.5 * (qd_4 * K_5_a)
+    t883 = t647 * t664 + (u_3 - c_2 * 63.47070000000001 - t484 * t656)
+    t886 = y1_5_5_f_y * t649 + t883 - t747 * t772 - t802 * t874
+    t888 = t886 - 0.5 * (qd_4 * C_4_f_z)
+    t894 = u_2 - y1_3_3_b_z * t641 - y1_3_5_b_z * t649 - y1_3_4_b_z * t645
+    t898 = t894 - t246 * g_2r_x - t622 * t643 - t470 * t656 - h_4t_y * g_2r_y
+    t902 = t800 * t874 + (t751 * t756 + t898 - t747 * t770) - t820 * t888
+    t904 = t902 - 0.5 * (qd_2 * C_2_n_z)
+    t909 = y1_2_6_n_y * t643 + (u_1 - y1_2_3_b_z * t641) - y1_2_4_b_z * t645
+    t913 = t747 * t767 + (t751 * t753 + (t602 * t649 + (t467 * t647 + t909)))
+    t918 = t839 * t904 + (t818 * t888 + (t913 - t799 * t874)) - 0.5 * (qd_1 * (t304 - t297))
+    t919 = 1.0 / (t850 - 0.154 * (t231 + h_2b_y) - 1.4339328644)
+    t920 = t918 * t919
+    t927 = t838 * t904 + t839 * t920
+    t931 = t817 * t888 + t818 * t920 - t820 * t927
+    t937 = t800 * t927 + (t798 * t874 - t799 * t920) - t802 * t931
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    t968 = c_2 * t943
-    t969 = s_2 * t943
+    t945 = c_2 * t920
+    t946 = s_2 * t920
     # link 2 (shoulder_tilt): acceleration of its joint
-    t970 = 0.154 * t943
+    t947 = 0.154 * t920
     # link 2 (shoulder_tilt): acceleration
-    t974 = s_2 * 9.81 - c_2 * t970
-    t977 = s_2 * t970 + c_2 * 9.81
+    t951 = s_2 * 9.81 - c_2 * t947
+    t954 = s_2 * t947 + c_2 * 9.81
     # link 2 (shoulder_tilt): angular acceleration
-    t978 = t31 + t968
+    t955 = t31 + t945
     # link 2 (shoulder_tilt): acceleration field U
-    t979 = w_2_xy + t950
-    t980 = t31 + t978
-    t982 = qd_2 * t29 * 2.0 - t969
+    t956 = w_2_xy + t927
+    t957 = t31 + t955
+    t960 = t946 - 2.0 * (qd_2 * t29)
     # link 3 (boom): acceleration of its joint
-    t984 = q_3 * t982
+    t962 = q_3 * t960
     # link 3 (boom): acceleration of its frame
-    t987 = qd_3 * omega_2s_x + w_1_zz * 0.154 - t984
-    t989 = qd_3 * omega_2s_z - t974 - q_3 * t979
-    t991 = q_3 * t35 + t954 - t977
+    t965 = t962 + (qd_3 * omega_2s_x + w_1_zz * 0.154)
+    t967 = qd_3 * omega_2s_z - t951 - q_3 * t956
+    t968 = q_3 * t34 + t931
+    t969 = t954 - t968
     # link 3 (boom): acceleration field U
-    t992 = t31 - t978
+    t970 = t31 - t955
     # link 4 (wrist_roll): acceleration field U along the axis
-    t995 = s_4 * t979 + c_4 * t982
-    t998 = c_4 * t979 - s_4 * t982
+    t973 = s_4 * t956 - c_4 * t960
+    t976 = c_4 * t956 + s_4 * t960
     # link 4 (wrist_roll): acceleration of its joint
-    t1000 = t987 + 0.0203 * U_3_xx
-    t1002 = t989 + 0.0203 * t992
-    t1004 = t991 + 0.0203 * t969
+    t978 = t965 + 0.0203 * U_3_xx
+    t980 = t967 + 0.0203 * t970
+    t982 = 0.0203 * t946 - t969
     # link 4 (wrist_roll): acceleration
-    t1007 = s_4 * t1002 + c_4 * t1000
-    t1010 = c_4 * t1002 - s_4 * t1000
+    t985 = s_4 * t980 + c_4 * t978
+    t988 = c_4 * t980 - s_4 * t978
     # link 4 (wrist_roll): angular acceleration
-    t1011 = t55 - t995
-    t1012 = t960 + t978
+    t989 = t54 - t973
     # link 4 (wrist_roll): acceleration field U
-    t1013 = t54 - t1012
-    t1014 = t55 + t1011
-    t1016 = t998 + 2.0 * w_4_yz
+    t991 = t53 - t937 - t955
+    t992 = t54 + t989
+    t995 = t976 + 2.0 * (omega_4r_y * omega_4_z)
     # link 5 (wrist_bend): acceleration field U along the axis
-    t1019 = s_5 * t1016 + c_5 * t1013
-    t1022 = c_5 * t1016 - s_5 * t1013
+    t998 = s_5 * t995 + c_5 * t991
+    t1001 = c_5 * t995 - s_5 * t991
     # link 5 (wrist_bend): angular acceleration
-    t1029 = t69 - t1019
-    t1031 = t799 * t950 + (t781 * 8.148888119704473 - t798 * t943)
-    t1034 = t1011 + (t803 * t960 + (t801 * t954 + t1031))
+    t1008 = t67 - t998
+    t1010 = t770 * t927 + (t747 * 8.148888119704473 - t767 * t920)
+    t1013 = t989 + (t774 * t937 + (t772 * t931 + t1010))
     # link 5 (wrist_bend): acceleration field U
-    t1035 = t68 + t1034
-    t1036 = t69 + t1029
-    t1038 = t1022 + 2.0 * w_5_yz
+    t1014 = t66 + t1013
+    t1015 = t67 + t1008
+    t1018 = t1001 + 2.0 * (omega_5r_y * omega_5_z)
     # link 5 (wrist_bend): Newton, inertial force
-    t1039 = 0.079443 * t1035
+    t1019 = 0.079443 * t1014
     # link 6 (hand): angular acceleration
-    t1045 = t785 * 49.26108374384237 - t787 * t943 - t788 * t950
+    t1025 = t751 * 49.26108374384237 - t753 * t920 - t756 * t927
     # link 6 (hand): acceleration field U
-    t1050 = s_6 * t1038 + 2.0 * w_6_xz - c_6 * t1035
+    t1031 = s_6 * t1018 - c_6 * t1014 + 2.0 * (omega_6r_x * omega_6_z)
+    t1035 = c_6 * t1018 + s_6 * t1014 + 2.0 * (omega_6r_y * omega_6_z)
     # link 6 (hand): Euler, inertial moment
-    t1055 = (s_6 * t1035 + (c_6 * t1038 + 2.0 * w_6_yz)) * 0.00014999999999999996
-    t1057 = t1050 * -0.00014999999999999996
+    t1037 = t1035 * 0.00014999999999999996
+    t1039 = t1031 * -0.00014999999999999996
     # link 5 (wrist_bend): moment from link 4
-    t1066 = t76 * 1.0697399999999999e-05 - 0.079443 * t1010 + 0.0268661283 * t1038
-    t1068 = c_6 * t1055 + (t1066 - s_6 * t1057)
-    t1073 = 0.0002999999999999999 * (t790 * t960 + t1045 - t1029)
-    t1074 = 1.0697399999999999e-05 * t1035 - t1036 * 0.0013 - t1073
+    t1048 = t73 * 1.0697399999999999e-05 - 0.079443 * t988 + 0.0268661283 * t1018
+    t1050 = c_6 * t1037 + (t1048 - s_6 * t1039)
+    t1055 = 0.0002999999999999999 * (t759 * t937 + t1025 - t1008)
+    t1056 = 1.0697399999999999e-05 * t1014 - t1015 * 0.0013 - t1055
     # link 4 (wrist_roll): force from link 3
-    t1083 = s_5 * F_5_y + 0.029825999999999995 * t1013 - c_5 * t1039
-    t1086 = t59 * 0.029825999999999995 + 0.079443 * t1038
-    t1089 = s_5 * t1039 + (c_5 * F_5_y - 0.029825999999999995 * t1016)
+    t1065 = s_5 * F_5_y + 0.029825999999999995 * t991 - c_5 * t1019
+    t1068 = t57 * 0.029825999999999995 + 0.079443 * t1018
+    t1071 = s_5 * t1019 + (c_5 * F_5_y - 0.029825999999999995 * t995)
     # link 4 (wrist_roll): moment from link 3
-    t1095 = t60 * 5.36544e-05 + 0.029825999999999995 * t1004 - t1016 * 0.0043497356
-    t1097 = s_5 * t1074 + t1095 - c_5 * t1068
-    t1103 = t68 * 0.0281661283 - 5.36544e-05 * t1013 - 1.0697399999999999e-05 * t1019
-    t1108 = t1103 + 0.079443 * (s_5 * t1004 + c_5 * t1007) + t1034 * 0.0255661283
-    t1110 = s_6 * t1055 + (c_6 * t1057 + t1108)
+    t1077 = t58 * 5.36544e-05 + 0.029825999999999995 * t982 - t995 * 0.0043497356
+    t1079 = s_5 * t1056 + t1077 - c_5 * t1050
+    t1085 = t66 * 0.0281661283 - 5.36544e-05 * t991 - 1.0697399999999999e-05 * t998
+    t1090 = t1085 + 0.079443 * (s_5 * t982 + c_5 * t985) + t1013 * 0.0255661283
+    t1092 = s_6 * t1037 + (c_6 * t1039 + t1090)
     # link 4 (wrist_roll): force, before its turn
-    t1115 = s_4 * t1083 + c_4 * t1086
+    t1097 = s_4 * t1065 + c_4 * t1068
     # link 3 (boom): force from link 2
-    t1120 = U_3_xx * 0.13134099999999999 + 2.7499110000000004 * t982
-    t1124 = s_4 * t1086 + (t1120 + 6.470000000000001 * t987 - c_4 * t1083)
-    t1127 = 2.7499110000000004 * t979 + 6.470000000000001 * t989
-    t1130 = t1127 + 0.13134099999999999 * t992 - t1115
+    t1102 = U_3_xx * 0.13134099999999999 - 2.7499110000000004 * t960
+    t1106 = s_4 * t1068 + (t1102 + 6.470000000000001 * t965 - c_4 * t1065)
+    t1109 = 2.7499110000000004 * t956 + 6.470000000000001 * t967
+    t1112 = t1109 + 0.13134099999999999 * t970 - t1097
     # link 2 (shoulder_tilt): change with its position
-    t1135 = h_4t_y * G_2_0 + t35 * 2.7499110000000004 - t269 * G_2_1
-    t1140 = t28 * t237 + t1135 - 0.13134099999999999 * t969 - 6.470000000000001 * t977
-    t1144 = t1140 - 6.470000000000001 * t991 - t1089 - t249 * t969
-    t1148 = t249 * t968 + t974 * -6.470000000000001
-    t1151 = t1130 + (h_4t_y * G_2_1 + (t269 * G_2_0 + t29 * t237))
-    t1153 = h_4t_y * t982
-    t1160 = S_2_23 * G_2_0 + (t29 * (t254 + t294) + t54 * 0.0043497356)
-    t1164 = S_3_12 * G_2_1 + t1160 - t28 * t290 + 0.055823193300000004 * t979
-    t1169 = t1164 - t980 * 0.007999999999999896 + 0.13134099999999999 * t989
-    t1173 = t1169 + 5.36544e-05 * t995 - 0.029825999999999995 * t1007
-    t1177 = t1173 - t1012 * 0.0043497356 - c_5 * t1074 - s_5 * t1068
-    t1181 = S_2_22 * t980 + (t1177 - 0.0203 * t1115 - t249 * t974)
-    t1189 = t28 * (K_4t_22 - t254) + t36 * 0.055823193300000004
-    t1192 = S_2_23 * G_2_1 + (t29 * t262 + t1189 - S_3_12 * G_2_0)
-    t1197 = t1192 - t982 * 4.287553293700001 - 2.7499110000000004 * t987
-    t1201 = t1197 + 0.13134099999999999 * t991 + 0.0203 * t1089
-    t1204 = q_3 * t1124 + (c_4 * t1110 + (t1201 - s_4 * t1097))
-    t1208 = t243 * t969 + (t1204 - t249 * t977 - S_2_12 * t980 - t271 * t982)
+    t1117 = h_4t_y * G_2_0 + t34 * 2.7499110000000004 - t246 * G_2_1
+    t1121 = t28 * t219 + t1117 - 6.470000000000001 * t968 - t1071
+    t1125 = 6.470000000000001 * t951 - t231 * t945
+    t1128 = t1112 + (h_4t_y * G_2_1 + (t246 * G_2_0 + t29 * t219))
+    t1130 = h_4t_y * t960
+    t1138 = S_3_12 * G_2_1 + (t29 * (t236 - t273) + S_2_23 * G_2_0)
+    t1143 = t1138 - t28 * t268 + 0.055823193300000004 * t956 + 0.13134099999999999 * t967
+    t1147 = t1143 + 5.36544e-05 * t973 - 0.029825999999999995 * t985
+    t1151 = t1147 + t991 * 0.0043497356 - c_5 * t1056 - s_5 * t1050
+    t1155 = S_2_12 * t960 + (t1151 - 0.0203 * t1097 - t231 * t951)
+    t1157 = t1155 - t225 * t945 - t957 * (t258 + 0.007999999999999896)
+    t1165 = t28 * (K_4t_22 - t236) + t35 * 0.055823193300000004
+    t1168 = S_2_23 * G_2_1 + (t29 * t240 + t1165 - S_3_12 * G_2_0)
+    t1172 = t1168 - 2.7499110000000004 * t965 - 0.13134099999999999 * t969
+    t1176 = c_4 * t1092 + (t1172 + 0.0203 * t1071 - s_4 * t1079)
+    t1180 = t225 * t946 + (q_3 * t1106 + t1176 - t231 * t954 - S_2_12 * t957)
     # link 3 (boom): change with its position
-    t1213 = t979 * -6.470000000000001
+    t1187 = t956 * -6.470000000000001
     # link 4 (wrist_roll): change with its position
-    t1222 = h_5t_x * G_4_0 + 0.029825999999999995 * G_4_1 - t49 * l_5t_y
-    t1224 = h_5t_y * t998 + (t1086 + t1222)
-    t1228 = h_5t_x * G_4_1 + (omega_4r_y * l_5t_y + t54 * 0.05965199999999999)
-    t1230 = t1228 - t1083 - h_5t_y * t995
-    t1235 = t1014 * -0.029825999999999995 + (t49 * l_5t_x - h_5t_x * t1016)
-    t1241 = t172 * G_4_0 + (t49 * K_5t_31 - omega_4r_y * t160 - S_5_b * G_4_1)
-    t1245 = h_5t_y * t1007 + (t1110 + (t1241 - 0.0044997356 * t1014))
-    t1247 = S_5t_22 * t995 + t1245 - S_5t_13 * t1016
-    t1253 = omega_4r_y * K_5t_13 + (t49 * K_6_a + t172 * G_4_1)
-    t1257 = S_5t_22 * t998 + (t1097 + (S_5_b * G_4_0 + t1253) - t134 * t1016)
-    t1259 = h_5t_y * t1010 + (S_5t_13 * t1014 + t1257)
-    t1266 = t177 * G_4_1 - t54 * S_5t_13 * 4.0 - omega_4r_y * K_5t_12
-    t1269 = S_5_b * t995 + (t1266 + 0.029825999999999995 * t1010)
+    t1196 = h_5t_x * G_4_0 + 0.029825999999999995 * G_4_1 - t48 * l_5t_y
+    t1198 = h_5t_y * t976 + (t1068 + t1196)
+    t1202 = h_5t_x * G_4_1 + (omega_4r_y * l_5t_y + t53 * 0.05965199999999999)
+    t1204 = t1202 - t1065 - h_5t_y * t973
+    t1208 = t48 * l_5t_x - 0.029825999999999995 * t992 - h_5t_x * t995
+    t1214 = t156 * G_4_0 + (t48 * K_5t_31 - omega_4r_y * K_5_a - S_5_b * G_4_1)
+    t1218 = h_5t_y * t985 + (t1092 + (t1214 - 0.0044997356 * t992))
+    t1220 = S_5t_22 * t973 + t1218 - S_5t_13 * t995
+    t1226 = S_5_b * G_4_0 + (t156 * G_4_1 + omega_4r_y * K_5t_13)
+    t1230 = S_5t_13 * t992 + (S_5t_22 * t976 + (t1079 + t1226 - t122 * t995))
+    t1231 = h_5t_y * t988 + t1230
+    t1238 = t160 * G_4_1 + omega_4r_y * t143 + 0.029825999999999995 * t988
+    t1241 = t156 * t976 + (h_5t_x * t985 + (S_5_b * t973 + t1238))
+    t1244 = t1241 - t53 * S_5t_13 * 4.0
     # link 5 (wrist_bend): change with its position
-    t1273 = t68 * 0.158886 - t1039
-    t1274 = -0.079443 * t1036
-    t1278 = omega_5r_y * K_6_a + t68 * 2.1394799999999997e-05 - t1019 * 0.00014999999999999996
-    t1281 = t1278 + 0.0268661283 * t1036 - t1074
-    t1284 = 1.0697399999999999e-05 * G_5_1 + t1022 * 0.00014999999999999996
-    t1287 = t1284 - 0.00115 * t1038 - t1068
-    t1293 = omega_5r_y * K_6t_12 + G_5_1 * 0.0280161283 + 0.079443 * (s_5 * t1007 - c_5 * t1004)
-    t1294 = 1.0697399999999999e-05 * t1022 + t1293
-    # link 6 (hand): change with its position
-    t1296 = t1057 + t1050 * 0.00014999999999999996
+    t1246 = t66 * 0.158886 - t1019
+    t1247 = -0.079443 * t1015
+    t1250 = t66 * 2.1394799999999997e-05 - t998 * 0.00014999999999999996
+    t1253 = t1250 + 0.0268661283 * t1015 - t1056
+    t1256 = 1.0697399999999999e-05 * G_5_1 + t1001 * 0.00014999999999999996
+    t1259 = t1256 - 0.00115 * t1018 - t1050
+    t1263 = omega_5r_y * K_6t_12 + 0.0280161283 * G_5_1 + 1.0697399999999999e-05 * t1001
+    t1265 = t1263 + 0.079443 * (s_5 * t985 - c_5 * t982)
+    # link 2 (shoulder_tilt): effort with joint 2
+    t1268 = c_2 * (t1121 - t175 * t946) - s_2 * (t1125 + t1128)
+    t1272 = c_2 * (t960 * (t248 + 4.287553293700001) + t1180) + 0.154 * t1268
     # link 3 (boom): effort with joint 3
-    t1305 = t35 * t249 + 6.470000000000001 * t984 - t1124 - t251 * t982
+    t1277 = t233 * t960 + (t34 * t231 - 6.470000000000001 * t962 - t1106)
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1285 = 0.154 * (c_2 * t1187 - 6.470000000000001 * (s_2 * t34))
+    t1287 = c_2 * (t1130 - t231 * t956) + (t1285 - s_2 * t1277)
     # link 4 (wrist_roll): effort with joint 4
-    t1317 = s_4 * t1224 + c_4 * t1230
-    t1322 = t49 * K_5t_32 - (t172 * t998 + (h_5t_x * t1007 + t1269))
+    t1293 = s_4 * t1198 + c_4 * t1204
     # link 3 (boom): effort with joint 4
-    t1329 = q_3 * (c_4 * t1224 - s_4 * t1230) + (0.0203 * t1235 - s_4 * t1247 - c_4 * t1259)
+    t1305 = q_3 * (c_4 * t1198 - s_4 * t1204) + (0.0203 * t1208 - s_4 * t1220 - c_4 * t1231)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1313 = 0.154 * (c_2 * t1293 - s_2 * t1208) - c_2 * (t435 - t1244 + 0.0203 * t1293)
     # link 5 (wrist_bend): effort with joint 5
-    t1337 = c_5 * t480 - s_5 * t1273
-    t1339 = s_5 * t480 + c_5 * t1273
-    t1342 = s_5 * t1287 + c_5 * t1281
-    t1345 = s_5 * t1281 - c_5 * t1287
+    t1316 = c_5 * t456 - s_5 * t1246
+    t1318 = s_5 * t456 + c_5 * t1246
+    t1322 = s_5 * t1259 + c_5 * t1253
+    t1325 = s_5 * t1253 - c_5 * t1259
     # link 4 (wrist_roll): effort with joint 5
-    t1351 = c_4 * t1274 - s_4 * t1337
+    t1331 = c_4 * t1247 - s_4 * t1316
     # link 3 (boom): effort with joint 5
-    t1362 = q_3 * (s_4 * t1274 + c_4 * t1337) + (c_4 * t1294 + (0.0203 * t1339 - s_4 * t1342))
-    # link 6 (hand): effort with joint 6
-    t1369 = c_6 * t1296
-    t1370 = s_6 * t1296
-    # link 5 (wrist_bend): effort with joint 6
-    t1371 = c_5 * t1369
-    t1372 = s_5 * t1369
+    t1342 = q_3 * (s_4 * t1247 + c_4 * t1316) + (c_4 * t1265 + (0.0203 * t1318 - s_4 * t1322))
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1350 = c_2 * (t1325 - 0.0203 * t1331) + 0.154 * (c_2 * t1331 + s_2 * t1318)
     # derivative of effort
-    t1396 = t28 * yc_5_5_y + (t332 * y0_4_5_f_x - w_1_zz * y0_3_5_b_z)
-    t1399 = t29 * t596 + t1396 - y0_4_5_f_y * t977 - t578 * t969
-    t1401 = h_5t_x * t974 + (y0_3_5_b_x * t968 + t1399)
-    t1403 = t28 * y1_5_6_n_y + (w_1_zz * y0_4_6_n_x - t29 * y1_4_6_n_y)
-    t1405 = y0_4_6_n_y * t968 + t1403 - y0_5_6_n_y * t969
+    t1370 = t279 * G_2_1 + t28 * t276 - t29 * K_3t_12 - h_4t_y * t951
+    t1373 = t246 * t954 + t1370 - S_3_12 * t945 - S_2_23 * t946
+    t1380 = t28 * C_4_c_z + (h_4t_y * t309 + (w_1_zz * y0_3_4_b_z - t29 * t507))
+    t1385 = w_1_zz * y0_3_5_b_z - t309 * y0_4_5_f_x - t28 * yc_5_5_y
+    t1388 = t554 * t946 + (y0_4_5_f_y * t954 + (t1385 - t29 * t569))
+    t1390 = t1388 - y0_3_5_b_x * t945 - h_5t_x * t951
+    t1392 = t29 * y1_4_6_n_y - w_1_zz * y0_4_6_n_x - t28 * y1_5_6_n_y
+    t1394 = y0_5_6_n_y * t946 + (t1392 - y0_4_6_n_y * t945)
+    t1397 = q_3 * t1187 + (t233 * t956 + (t34 * h_4t_y + t1112))
+    t1402 = y0_4_5_f_y * t956 - t34 * h_5t_x - y0_4_5_f_x * t960
+    t1408 = omega_4r_y * t545 + (t48 * t452 - t34 * y0_5_5_n_y)
+    t1409 = t1408 - h_5t_x * (omega_4r_y * v_4r_y - t48 * v_4r_x)
+    t1411 = y0_5_5_f_x * (t48 * v_4b_z - t988) + (0.025716128300000002 * t976 + t1409)
+    t1412 = y0_5_5_n_x * t973 + t1411
+    t1414 = y0_5_6_n_x * t973 - t48 * y1_6_6_n_y - t34 * y0_5_6_n_y
+    t1415 = t1414 - omega_4r_y * y1_5_6_n_x
+    t1419 = -0.0002999999999999999 * t1001 - omega_5r_y * y1_6_6_n_x
+    t1426 = -y1_6_6_n_y
     # solve: L D L^T
-    t1414 = h_4t_y * t332 + (w_1_zz * y0_3_4_b_z + t29 * yc_4_4_y)
-    t1417 = t512 * t969 + (t28 * C_4_c_z + t1414) - t192 * t977
-    t1420 = t803 * t1401 + (t790 * t1405 + (t1417 - S_2_12 * t968))
-    t1426 = t829 * t1420 + (t29 * t395 + w_1_zz * h_4t_y - t801 * t1401)
-    t1427 = t1148 + t1426
-    t1433 = t300 * G_2_1 - t28 * t297 + w_2_xy * S_2_12 * 4.0 - t29 * K_3t_12
-    t1436 = t269 * t977 + (t1433 - h_4t_y * t974) - S_3_12 * t968
-    t1439 = t799 * t1401 + (t1436 - S_2_23 * t969 - t788 * t1405)
-    t1441 = t847 * t1427 + (t828 * t1420 + t1439)
-    t1444 = c_2 * t1208 + 0.154 * (c_2 * t1144 - s_2 * (t1151 - t1148))
-    t1445 = s_2 * (t1181 - S_2_12 * t982 - t243 * t968) + t1444
-    t1449 = t846 * t1427 + (t1445 - t787 * t1405 - t798 * t1401 - t827 * t1420)
-    t1451 = t942 * (t866 * t1441 + t1449)
-    t1459 = t865 * t1441 + t866 * t1451
-    t1464 = t847 * t1459 + (t845 * t1427 + t846 * t1451)
-    t1470 = t829 * t1464 + (t828 * t1459 + (t826 * t1420 - t827 * t1451))
-    t1477 = t799 * t1459 - 8.148888119704473 * t1401 - t798 * t1451
-    t1484 = t790 * t1470 - 49.26108374384237 * t1405 - t787 * t1451
-    # derivative of effort
-    t1487 = t35 * h_5t_x - y0_4_5_f_x * t982 - y0_4_5_f_y * t979
-    # solve: L D L^T
-    t1493 = t1153 + t192 * t979 - t803 * t1487
-    t1499 = t829 * t1493 + (t801 * t1487 + t35 * 6.470000000000001)
-    t1504 = q_3 * t1213 + (t251 * t979 + (t35 * h_4t_y + t1130))
-    t1507 = t847 * t1499 + (t828 * t1493 + (t1504 - t799 * t1487))
-    t1509 = 0.154 * (6.470000000000001 * (s_2 * t35) - c_2 * t1213)
-    t1511 = c_2 * (t1153 + t249 * t979) + (s_2 * t1305 + t1509)
-    t1514 = t846 * t1499 + (t798 * t1487 + t1511 - t827 * t1493)
-    t1516 = t942 * (t866 * t1507 + t1514)
-    t1522 = t865 * t1507 + t866 * t1516
-    t1526 = t847 * t1522 + (t845 * t1499 + t846 * t1516)
-    t1533 = t829 * t1526 + (t828 * t1522 + (t826 * t1493 - t827 * t1516))
-    t1539 = t798 * t1516 - 8.148888119704473 * t1487 - t799 * t1522
-    # derivative of effort
-    t1549 = h_5t_x * (omega_4r_y * v_4r_y - t49 * v_4r_x) + (t35 * y0_5_5_n_y - t49 * t476 - omega_4r_y * t569)
-    t1552 = t1549 - 0.025716128300000002 * t998 - y0_5_5_f_x * (t49 * v_4b_z - t1010)
-    t1553 = t1552 - y0_5_5_n_x * t995
-    t1555 = omega_4r_y * y1_5_6_n_x + (t49 * y1_6_6_n_y + t35 * y0_5_6_n_y)
-    t1556 = t1555 - y0_5_6_n_x * t995
-    # solve: L D L^T
-    t1565 = t1322 - t790 * t1556 - t803 * t1553
-    t1570 = t829 * t1565 + (t1235 + t801 * t1553)
-    t1575 = s_4 * t1259 - c_4 * t1247 - q_3 * t1317 - t788 * t1556
-    t1578 = t799 * t1553 + t1575 - t828 * t1565 - t847 * t1570
-    t1581 = 0.154 * (c_2 * t1317 - s_2 * t1235) - c_2 * (t1322 + 0.0203 * t1317)
-    t1585 = t827 * t1565 + (s_2 * t1329 + t1581 - t787 * t1556 - t798 * t1553)
-    t1588 = t942 * (t866 * t1578 + (t1585 - t846 * t1570))
-    t1596 = t865 * t1578 + t866 * t1588
-    t1599 = t847 * t1596
-    t1600 = t845 * t1570 - t846 * t1588
-    t1601 = t1600 - t1599
-    t1608 = t829 * t1601 + (t826 * t1565 + t827 * t1588 - t828 * t1596)
-    t1614 = t799 * t1596 - 8.148888119704473 * t1553 - t798 * t1588
-    t1621 = t788 * t1596 + (49.26108374384237 * t1556 + t787 * t1588)
-    # derivative of effort
-    t1625 = omega_5r_y * y1_6_6_n_x + 0.0002999999999999999 * t1022
-    # solve: L D L^T
-    t1634 = t1345 + t790 * t1625 - t803 * t1294
-    t1639 = t829 * t1634 + (t1339 + t801 * t1294)
-    t1644 = c_4 * t1342 + s_4 * t1294 - q_3 * t1351 - t788 * t1625
-    t1647 = t847 * t1639 + (t828 * t1634 + (t1644 - t799 * t1294))
-    t1650 = c_2 * (t1345 - 0.0203 * t1351) + 0.154 * (c_2 * t1351 + s_2 * t1339)
-    t1653 = t798 * t1294 + (t1650 - s_2 * t1362 - t787 * t1625)
-    t1656 = t866 * t1647 + (t846 * t1639 + (t1653 - t827 * t1634))
-    t1657 = t942 * t1656
-    t1665 = t865 * t1647 + t866 * t1657
-    t1670 = t847 * t1665 + (t845 * t1639 + t846 * t1657)
-    t1676 = t829 * t1670 + (t828 * t1665 + (t826 * t1634 - t827 * t1657))
-    t1683 = t799 * t1665 + (8.148888119704473 * t1294 - t798 * t1657)
-    t1690 = t790 * t1676 - 49.26108374384237 * t1625 - t787 * t1657
-    t1696 = t1372 + t803 * t1370
-    t1700 = t801 * t1370 - t829 * t1696
-    t1705 = t828 * t1696 + (t799 * t1370 + (c_4 * t1371 - s_4 * t1370))
-    t1706 = t1705 - t847 * t1700
-    t1709 = c_2 * t1372 + s_2 * (s_4 * t1371 + c_4 * t1370) - t798 * t1370
-    t1712 = t866 * t1706 + (t1709 - t827 * t1696 - t846 * t1700)
-    t1713 = t942 * t1712
-    t1719 = t865 * t1706 + t866 * t1713
-    t1723 = t845 * t1700 - t846 * t1713 - t847 * t1719
-    t1729 = t828 * t1719 + (t826 * t1696 - t827 * t1713) - t829 * t1723
-    t1735 = 8.148888119704473 * t1370 + t798 * t1713 - t799 * t1719
-    t1751 = t554 + y1_2_6_n_y * t790 - t633 * t803
-    t1756 = t509 - t633 * t801 - t829 * t1751
-    t1761 = t633 * t799 + (yc_2_2_y + y1_2_6_n_y * t788) - t828 * t1751
-    t1762 = t847 * t1756 + t1761
-    t1766 = t633 * t798 + (C_1_n_z - y1_2_6_n_y * t787) - t827 * t1751
-    t1769 = t942 * (t1766 - t846 * t1756 - t866 * t1762)
-    t1770 = t865 * t1762
-    t1775 = t866 * t1769
-    t1776 = t1770 - t1775
-    t1781 = t847 * t1776 + (t845 * t1756 - t846 * t1769)
-    t1787 = t826 * t1751 - t827 * t1769 - t828 * t1776 - t829 * t1781
-    t1793 = t799 * t1776 + (t798 * t1769 - t633 * 8.148888119704473)
-    t1800 = y1_2_6_n_y * 49.26108374384237 + t787 * t1769 - t788 * t1776
-    t1810 = t736 * t803 + (t709 + t763 * t790)
-    t1815 = t696 + t736 * t801 - t829 * t1810
-    t1820 = t828 * t1810 + (t736 * t799 + (C_2_n_z - t763 * t788))
-    t1821 = t1820 - t847 * t1815
-    t1825 = t827 * t1810 + (t736 * t798 + (t492 + t763 * t787))
-    t1828 = t942 * (t846 * t1815 + t1825 - t866 * t1821)
-    t1836 = t865 * t1821 - t866 * t1828
-    t1840 = t845 * t1815 + t846 * t1828 - t847 * t1836
-    t1846 = t828 * t1836 + (t826 * t1810 + t827 * t1828) - t829 * t1840
-    t1852 = t736 * 8.148888119704473 - t798 * t1828 - t799 * t1836
-    t1859 = t788 * t1836 + (t763 * 49.26108374384237 - t787 * t1828)
-    t1865 = t711 - t739 * t803
-    t1869 = t739 * t801 + t829 * t1865
-    t1874 = y1_3_3_b_z + t739 * t799 - t828 * t1865 - t847 * t1869
-    t1878 = t827 * t1865 + (y1_2_3_b_z - t739 * t798) - t846 * t1869
-    t1880 = t942 * (t866 * t1874 + t1878)
-    t1886 = t865 * t1874 + t866 * t1880
-    t1890 = t845 * t1869 - t846 * t1880 - t847 * t1886
-    t1896 = t829 * t1890 + (t826 * t1865 + t827 * t1880 - t828 * t1886)
-    t1903 = t739 * 8.148888119704473 + t798 * t1880 - t799 * t1886
-    t1919 = t746 * t803 + (C_4_n_z + t765 * t790)
-    t1924 = C_4_f_z + t746 * t801 - t829 * t1919
-    t1929 = t828 * t1919 + (t746 * t799 + (y1_3_4_b_z - t765 * t788))
-    t1930 = t1929 - t847 * t1924
-    t1934 = y1_2_4_b_z - t765 * t787 - t746 * t798 - t827 * t1919
-    t1937 = t942 * (t866 * t1930 + (t1934 - t846 * t1924))
-    t1944 = t865 * t1930 + t866 * t1937
-    t1948 = t845 * t1924 - t846 * t1937 - t847 * t1944
-    t1954 = t828 * t1944 + (t826 * t1919 - t827 * t1937) - t829 * t1948
-    t1960 = t746 * 8.148888119704473 + t798 * t1937 - t799 * t1944
-    t1967 = t788 * t1944 + (t765 * 49.26108374384237 + t787 * t1937)
-    t1977 = y1_5_5_n_y - t768 * t790 - K_6_a * t803
-    t1982 = y1_5_5_f_y - K_6_a * t801 - t829 * t1977
-    t1987 = K_6_a * t799 + (y1_3_5_b_z - t768 * t788) - t828 * t1977
-    t1988 = t847 * t1982 + t1987
-    t1993 = K_6_a * t798 + (t630 + t768 * t787) - t827 * t1977 - t846 * t1982
-    t1995 = t942 * (t1993 - t866 * t1988)
-    t2003 = t865 * t1988 - t866 * t1995
-    t2007 = t847 * t2003 + (t845 * t1982 - t846 * t1995)
-    t2011 = t829 * t2007
-    t2013 = t826 * t1977 - t827 * t1995 - t828 * t2003
-    t2014 = t2013 - t2011
-    t2021 = K_6_a * 8.148888119704473 - t798 * t1995 - t799 * t2003
-    t2028 = t788 * t2003 + (t768 * 49.26108374384237 - t787 * t1995)
-    t2034 = y1_5_6_n_y + y1_6_6_n_y * t803
-    t2038 = y1_6_6_n_y * t801 - t829 * t2034
-    t2043 = t847 * t2038 + (t649 - y1_6_6_n_y * t799 - t828 * t2034)
-    t2047 = y1_2_6_n_y - y1_6_6_n_y * t798 - t827 * t2034 - t846 * t2038
-    t2049 = t942 * (t2047 - t866 * t2043)
-    t2056 = t865 * t2043 - t866 * t2049
-    t2060 = t847 * t2056 + (t845 * t2038 - t846 * t2049)
-    t2064 = t829 * t2060
-    t2066 = t826 * t2034 - t827 * t2049 - t828 * t2056
-    t2067 = t2066 - t2064
-    t2074 = t801 * t2060 - y1_6_6_n_y * 8.148888119704473 - t798 * t2049
+    t1427 = -t919
+    t1428 = -t838
+    t1429 = -t817
+    t1430 = -t798
+    t1436 = t489 * t946 + t1380 - t175 * t954 - S_2_12 * t945 - t759 * t1394
+    t1440 = t1373 + 4.0 * (w_2_xy * S_2_12) - t757 * t1394 - t770 * t1390
+    t1442 = t1125 - t29 * t375 - w_1_zz * h_4t_y - t772 * t1390
+    t1444 = t1436 - t774 * t1390
+    t1446 = s_2 * t1157 + t1272 - t755 * t1394 - t769 * t1390 - t799 * t1444
+    t1450 = t1442 - t802 * t1444
+    t1454 = t1440 - t801 * t1444 - t820 * t1450
+    t1457 = t1427 * (t1446 - t819 * t1450 - t840 * t1454)
+    t1464 = t1428 * t1454 - t840 * t1457
+    t1468 = t1429 * t1450 - t819 * t1457 - t820 * t1464
+    t1474 = t1430 * t1444 - t799 * t1457 - t801 * t1464 - t802 * t1468
+    t1478 = 8.148888119704473 * t1390 - t769 * t1457 - t770 * t1464
+    t1486 = 49.26108374384237 * t1394 - t755 * t1457 - t757 * t1464
+    t1496 = t1130 - t175 * t956 - t774 * t1402
+    t1502 = t34 * 6.470000000000001 - t772 * t1402 - t802 * t1496
+    t1506 = -t1397 - t770 * t1402 - t801 * t1496 - t820 * t1502
+    t1508 = t1287 - t769 * t1402 - t799 * t1496 - t819 * t1502 - t840 * t1506
+    t1509 = t1427 * t1508
+    t1515 = t1428 * t1506 - t840 * t1509
+    t1519 = t1429 * t1502 - t819 * t1509 - t820 * t1515
+    t1525 = t1430 * t1496 - t799 * t1509 - t801 * t1515 - t802 * t1519
+    t1529 = 8.148888119704473 * t1402 - t769 * t1509 - t770 * t1515
+    t1543 = s_4 * t1231 - c_4 * t1220 - q_3 * t1293 - t757 * t1415
+    t1553 = t1244 - t435 - t759 * t1415 - t774 * t1412
+    t1555 = s_2 * t1305 + t1313 - t755 * t1415 - t769 * t1412 - t799 * t1553
+    t1559 = t1208 - t772 * t1412 - t802 * t1553
+    t1563 = t1543 - t770 * t1412 - t801 * t1553 - t820 * t1559
+    t1566 = t1427 * (t1555 - t819 * t1559 - t840 * t1563)
+    t1573 = t1428 * t1563 - t840 * t1566
+    t1577 = t1429 * t1559 - t819 * t1566 - t820 * t1573
+    t1583 = t1430 * t1553 - t799 * t1566 - t801 * t1573 - t802 * t1577
+    t1587 = 8.148888119704473 * t1412 - t769 * t1566 - t770 * t1573
+    t1595 = 49.26108374384237 * t1415 - t755 * t1566 - t757 * t1573
+    t1601 = c_4 * t1322 + s_4 * t1265 - q_3 * t1331 - t757 * t1419
+    t1611 = t1325 - t759 * t1419 - t774 * t1265
+    t1613 = t1350 - s_2 * t1342 - t755 * t1419 - t769 * t1265 - t799 * t1611
+    t1617 = -t1318 - t772 * t1265 - t802 * t1611
+    t1621 = t1601 - t770 * t1265 - t801 * t1611 - t820 * t1617
+    t1624 = t1427 * (t1613 - t819 * t1617 - t840 * t1621)
+    t1631 = t1428 * t1621 - t840 * t1624
+    t1635 = t1429 * t1617 - t819 * t1624 - t820 * t1631
+    t1641 = t1430 * t1611 - t799 * t1624 - t801 * t1631 - t802 * t1635
+    t1645 = 8.148888119704473 * t1265 - t769 * t1624 - t770 * t1631
+    t1653 = 49.26108374384237 * t1419 - t755 * t1624 - t757 * t1631
+    t1669 = yc_2_4_y - y1_2_6_n_y * t759 - yc_2_5_y * t774
+    t1671 = t297 - t304 - y1_2_6_n_y * t755 - yc_2_5_y * t769 - t799 * t1669
+    t1673 = yc_2_2_y - y1_2_6_n_y * t757 - yc_2_5_y * t770 - t801 * t1669
+    t1675 = yc_2_3_y - yc_2_5_y * t772 - t802 * t1669
+    t1679 = t1673 - t820 * t1675
+    t1682 = t1427 * (t1671 - t819 * t1675 - t840 * t1679)
+    t1689 = t1428 * t1679 - t840 * t1682
+    t1693 = t1429 * t1675 - t819 * t1682 - t820 * t1689
+    t1699 = t1430 * t1669 - t799 * t1682 - t801 * t1689 - t802 * t1693
+    t1703 = yc_2_5_y * 8.148888119704473 - t769 * t1682 - t770 * t1689
+    t1711 = y1_2_6_n_y * 49.26108374384237 - t755 * t1682 - t757 * t1689
+    t1727 = -t677 - t731 * t759 - t704 * t774
+    t1731 = -C_2_n_z - t731 * t757 - t704 * t770 - t801 * t1727
+    t1733 = t664 - t704 * t772 - t802 * t1727
+    t1735 = t467 - t731 * t755 - t704 * t769 - t799 * t1727 - t819 * t1733
+    t1737 = t1731 - t820 * t1733
+    t1740 = t1427 * (t1735 - t840 * t1737)
+    t1747 = t1428 * t1737 - t840 * t1740
+    t1751 = t1429 * t1733 - t819 * t1740 - t820 * t1747
+    t1757 = t1430 * t1727 - t799 * t1740 - t801 * t1747 - t802 * t1751
+    t1761 = t703 * -8.148888119704473 - t769 * t1740 - t770 * t1747
+    t1769 = t731 * 49.26108374384237 - t755 * t1740 - t757 * t1747
+    t1779 = t679 - t707 * t774
+    t1785 = -(t707 * t772) - t802 * t1779
+    t1787 = t481 - t479 - t707 * t769 - t799 * t1779 - t819 * t1785
+    t1789 = -y1_3_3_b_z - t707 * t770 - t801 * t1779 - t820 * t1785
+    t1792 = t1427 * (t1787 - t840 * t1789)
+    t1798 = t1428 * t1789 - t840 * t1792
+    t1802 = t1429 * t1785 - t819 * t1792 - t820 * t1798
+    t1808 = t1430 * t1779 - t799 * t1792 - t801 * t1798 - t802 * t1802
+    t1812 = t707 * 8.148888119704473 - t769 * t1792 - t770 * t1798
+    t1836 = K_5_a - t733 * t759 - t715 * t774
+    t1838 = -y1_2_4_b_z - t733 * t755 - t715 * t769 - t799 * t1836
+    t1840 = t515 - t498 - t733 * t757 - t715 * t770 - t801 * t1836
+    t1842 = -C_4_f_z - t715 * t772 - t802 * t1836
+    t1846 = t1840 - t820 * t1842
+    t1849 = t1427 * (t1838 - t819 * t1842 - t840 * t1846)
+    t1856 = t1428 * t1846 - t840 * t1849
+    t1860 = t1429 * t1842 - t819 * t1849 - t820 * t1856
+    t1866 = t1430 * t1836 - t799 * t1849 - t801 * t1856 - t802 * t1860
+    t1870 = t714 * -8.148888119704473 - t769 * t1849 - t770 * t1856
+    t1878 = t733 * 49.26108374384237 - t755 * t1849 - t757 * t1856
+    t1886 = y1_5_5_n_y - t736 * t759
+    t1892 = y1_5_5_f_y - t802 * t1886
+    t1896 = -y1_3_5_b_z - t736 * t757 - t801 * t1886 - t820 * t1892
+    t1898 = t602 - t736 * t755 - t799 * t1886 - t819 * t1892 - t840 * t1896
+    t1899 = t1427 * t1898
+    t1905 = t1428 * t1896 - t840 * t1899
+    t1909 = t1429 * t1892 - t819 * t1899 - t820 * t1905
+    t1915 = t1430 * t1886 - t799 * t1899 - t801 * t1905 - t802 * t1909
+    t1923 = -(t769 * t1899) - t770 * t1905 - t772 * t1909 - t774 * t1915
+    t1927 = t736 * 49.26108374384237 - t755 * t1899 - t757 * t1905
+    t1937 = y1_5_6_n_y - t774 * t1426
+    t1943 = -(t772 * t1426) - t802 * t1937
+    t1945 = y1_2_6_n_y - t769 * t1426 - t799 * t1937 - t819 * t1943
+    t1947 = y1_4_6_n_x - t770 * t1426 - t801 * t1937 - t820 * t1943
+    t1950 = t1427 * (t1945 - t840 * t1947)
+    t1956 = t1428 * t1947 - t840 * t1950
+    t1960 = t1429 * t1943 - t819 * t1950 - t820 * t1956
+    t1966 = t1430 * t1937 - t799 * t1950 - t801 * t1956 - t802 * t1960
+    t1970 = y1_6_6_n_y * -8.148888119704473 - t769 * t1950 - t770 * t1956
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -9773,77 +11249,799 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[70 * S + k] = 0.0
     out[71 * S + k] = 1.0
     out[72 * S + k] = 0.0
-    out[73 * S + k] = -t1451
-    out[74 * S + k] = t1516
-    out[75 * S + k] = -t1588
-    out[76 * S + k] = -t1657
-    out[77 * S + k] = t1713
-    out[78 * S + k] = t1769
-    out[79 * S + k] = -t1828
-    out[80 * S + k] = t1880
-    out[81 * S + k] = t1937
-    out[82 * S + k] = -t1995
-    out[83 * S + k] = -t2049
+    out[73 * S + k] = t1457
+    out[74 * S + k] = t1509
+    out[75 * S + k] = t1566
+    out[76 * S + k] = t1624
+    out[77 * S + k] = 0.0
+    out[78 * S + k] = t1682
+    out[79 * S + k] = t1740
+    out[80 * S + k] = t1792
+    out[81 * S + k] = t1849
+    out[82 * S + k] = t1899
+    out[83 * S + k] = t1950
     out[84 * S + k] = 0.0
-    out[85 * S + k] = -t1459
-    out[86 * S + k] = t1522
-    out[87 * S + k] = -t1596
-    out[88 * S + k] = -t1665
-    out[89 * S + k] = t1719
-    out[90 * S + k] = t1775 - t1770
-    out[91 * S + k] = t1836
-    out[92 * S + k] = t1886
-    out[93 * S + k] = t1944
-    out[94 * S + k] = t2003
-    out[95 * S + k] = t2056
+    out[85 * S + k] = t1464
+    out[86 * S + k] = t1515
+    out[87 * S + k] = t1573
+    out[88 * S + k] = t1631
+    out[89 * S + k] = 0.0
+    out[90 * S + k] = t1689
+    out[91 * S + k] = t1747
+    out[92 * S + k] = t1798
+    out[93 * S + k] = t1856
+    out[94 * S + k] = t1905
+    out[95 * S + k] = t1956
     out[96 * S + k] = 0.0
-    out[97 * S + k] = t1464
-    out[98 * S + k] = -t1526
-    out[99 * S + k] = t1599 - t1600
-    out[100 * S + k] = t1670
-    out[101 * S + k] = t1723
-    out[102 * S + k] = t1781
-    out[103 * S + k] = t1840
-    out[104 * S + k] = t1890
-    out[105 * S + k] = t1948
-    out[106 * S + k] = -t2007
-    out[107 * S + k] = -t2060
+    out[97 * S + k] = t1468
+    out[98 * S + k] = t1519
+    out[99 * S + k] = t1577
+    out[100 * S + k] = t1635
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = t1693
+    out[103 * S + k] = t1751
+    out[104 * S + k] = t1802
+    out[105 * S + k] = t1860
+    out[106 * S + k] = t1909
+    out[107 * S + k] = t1960
     out[108 * S + k] = 0.0
-    out[109 * S + k] = -t1470
-    out[110 * S + k] = t1533
-    out[111 * S + k] = t1608
-    out[112 * S + k] = -t1676
-    out[113 * S + k] = t1729
-    out[114 * S + k] = t1787
-    out[115 * S + k] = t1846
-    out[116 * S + k] = -t1896
-    out[117 * S + k] = t1954
-    out[118 * S + k] = t2011 - t2013
-    out[119 * S + k] = t2064 - t2066
+    out[109 * S + k] = t1474
+    out[110 * S + k] = t1525
+    out[111 * S + k] = t1583
+    out[112 * S + k] = t1641
+    out[113 * S + k] = 0.0
+    out[114 * S + k] = t1699
+    out[115 * S + k] = t1757
+    out[116 * S + k] = t1808
+    out[117 * S + k] = t1866
+    out[118 * S + k] = t1915
+    out[119 * S + k] = t1966
     out[120 * S + k] = 0.0
-    out[121 * S + k] = t803 * t1470 + (t1477 - t801 * t1464)
-    out[122 * S + k] = t801 * t1526 + t1539 - t803 * t1533
-    out[123 * S + k] = t801 * t1601 + t1614 - t803 * t1608
-    out[124 * S + k] = t803 * t1676 + (t1683 - t801 * t1670)
-    out[125 * S + k] = t1735 - t801 * t1723 - t803 * t1729
-    out[126 * S + k] = t1793 - t801 * t1781 - t803 * t1787
-    out[127 * S + k] = t1852 - t801 * t1840 - t803 * t1846
-    out[128 * S + k] = t803 * t1896 + (t1903 - t801 * t1890)
-    out[129 * S + k] = t1960 - t801 * t1948 - t803 * t1954
-    out[130 * S + k] = t803 * t2014 + (t801 * t2007 + t2021)
-    out[131 * S + k] = t803 * t2067 + (t2074 - t799 * t2056)
+    out[121 * S + k] = t1478 - t772 * t1468 - t774 * t1474
+    out[122 * S + k] = t1529 - t772 * t1519 - t774 * t1525
+    out[123 * S + k] = t1587 - t772 * t1577 - t774 * t1583
+    out[124 * S + k] = t1645 - t772 * t1635 - t774 * t1641
+    out[125 * S + k] = 0.0
+    out[126 * S + k] = t1703 - t772 * t1693 - t774 * t1699
+    out[127 * S + k] = t1761 - t772 * t1751 - t774 * t1757
+    out[128 * S + k] = t1812 - t772 * t1802 - t774 * t1808
+    out[129 * S + k] = t1870 - t772 * t1860 - t774 * t1866
+    out[130 * S + k] = t1923
+    out[131 * S + k] = t1970 - t772 * t1960 - t774 * t1966
     out[132 * S + k] = 0.0
-    out[133 * S + k] = t1484 - t788 * t1459
-    out[134 * S + k] = t787 * t1516 + t788 * t1522 - t790 * t1533
-    out[135 * S + k] = -(t790 * t1608 + t1621)
-    out[136 * S + k] = t1690 - t788 * t1665
-    out[137 * S + k] = t787 * t1713 + t788 * t1719 - t790 * t1729
-    out[138 * S + k] = t1800 - t790 * t1787
-    out[139 * S + k] = t1859 - t790 * t1846
-    out[140 * S + k] = t790 * t1896 + (t787 * t1880 + t788 * t1886)
-    out[141 * S + k] = t1967 - t790 * t1954
-    out[142 * S + k] = t790 * t2014 + t2028
-    out[143 * S + k] = t790 * t2067 + (t788 * t2056 - t787 * t2049)
+    out[133 * S + k] = t1486 - t759 * t1474
+    out[134 * S + k] = -(t755 * t1509) - t757 * t1515 - t759 * t1525
+    out[135 * S + k] = t1595 - t759 * t1583
+    out[136 * S + k] = t1653 - t759 * t1641
+    out[137 * S + k] = 0.0
+    out[138 * S + k] = t1711 - t759 * t1699
+    out[139 * S + k] = t1769 - t759 * t1757
+    out[140 * S + k] = -(t755 * t1792) - t757 * t1798 - t759 * t1808
+    out[141 * S + k] = t1878 - t759 * t1866
+    out[142 * S + k] = t1927 - t759 * t1915
+    out[143 * S + k] = -(t755 * t1950) - t757 * t1956 - t759 * t1966
+
+
+_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    q_3 = x[2 * S + k]
+    q_4 = x[3 * S + k]
+    q_5 = x[4 * S + k]
+    q_6 = x[5 * S + k]
+    qd_1 = x[6 * S + k]
+    qd_2 = x[7 * S + k]
+    qd_3 = x[8 * S + k]
+    qd_4 = x[9 * S + k]
+    qd_5 = x[10 * S + k]
+    qd_6 = x[11 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_3 = u[2 * S + k]
+    u_4 = u[3 * S + k]
+    u_5 = u[4 * S + k]
+    u_6 = u[5 * S + k]
+    s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
+    # link 1 (shoulder_pan): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (shoulder_tilt): angular velocity of link 1
+    t28 = qd_1 * s_2
+    t29 = qd_1 * c_2
+    # link 2 (shoulder_tilt): products of angular velocity
+    w_2_xy = t28 * t29
+    t31 = qd_2 * t28
+    w_2_xx = t28 * t28
+    w_2_zz = qd_2 * qd_2
+    # link 2 (shoulder_tilt): acceleration field U
+    t34 = w_2_xx + w_2_zz
+    # link 2 (shoulder_tilt): Euler, inertial moment
+    t35 = w_1_zz - t34
+    # link 3 (boom): acceleration of its frame
+    omega_2s_x = t28 * -2.0
+    omega_2s_z = qd_2 * 2.0
+    # link 3 (boom): products of angular velocity
+    w_3_zz = t29 * t29
+    # link 3 (boom): acceleration field U
+    U_3_xx = w_2_zz - t34 - w_3_zz
+    # link 4 (wrist_roll): angular velocity of link 3
+    t48 = s_4 * t28 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t28
+    # link 4 (wrist_roll): angular velocity
+    omega_4_z = qd_4 + t29
+    # link 4 (wrist_roll): products of angular velocity
+    t53 = t48 * omega_4r_y
+    t54 = t48 * omega_4_z
+    w_4_xx = t48 * t48
+    w_4_zz = omega_4_z * omega_4_z
+    # link 4 (wrist_roll): acceleration field U
+    t57 = w_4_xx + w_4_zz
+    # link 4 (wrist_roll): Euler, inertial moment
+    t58 = t34 - t57
+    # link 5 (wrist_bend): angular velocity of link 4
+    t61 = s_5 * omega_4_z + c_5 * t48
+    omega_5r_y = s_5 * t48 - c_5 * omega_4_z
+    # link 5 (wrist_bend): angular velocity
+    omega_5_z = qd_5 + omega_4r_y
+    # link 5 (wrist_bend): products of angular velocity
+    t66 = t61 * omega_5r_y
+    t67 = t61 * omega_5_z
+    w_5_xx = t61 * t61
+    w_5_zz = omega_5_z * omega_5_z
+    # link 5 (wrist_bend): acceleration field U
+    t70 = w_5_xx + w_5_zz
+    # link 5 (wrist_bend): Newton, inertial force
+    F_5_y = t70 * 0.079443
+    # link 5 (wrist_bend): Euler, inertial moment
+    t73 = t57 - t70
+    # link 6 (hand): angular velocity of link 5
+    omega_6r_x = s_6 * omega_5_z - c_6 * t61
+    omega_6r_y = s_6 * t61 + c_6 * omega_5_z
+    # link 6 (hand): angular velocity
+    omega_6_z = qd_6 - omega_5r_y
+    # link 2 (shoulder_tilt): twice the velocity of its frame
+    v_2b_x = qd_1 * -0.308
+    v_2r_x = c_2 * v_2b_x
+    t86 = s_2 * v_2b_x
+    omega_2s_y = t29 * -2.0
+    # link 3 (boom): twice the velocity of its frame
+    v_3b_x = v_2r_x + 2.0 * (qd_2 * q_3)
+    t91 = q_3 * omega_2s_x
+    omega_3s_x = qd_2 * -2.0
+    # link 4 (wrist_roll): twice the velocity of its frame
+    v_4b_y = v_3b_x + t29 * 0.0406
+    v_4b_z = t86 + (qd_3 * 2.0 + t28 * 0.0406)
+    v_4r_x = s_4 * v_4b_y + c_4 * t91
+    v_4r_y = c_4 * v_4b_y - s_4 * t91
+    omega_4s_x = -2.0 * t48
+    omega_4s_y = 2.0 * omega_4r_y
+    omega_4s_z = 2.0 * omega_4_z
+    # link 6 (hand): composite body, before its turn
+    K_6t_12 = qd_6 * 0.0002999999999999999
+    K_6t_21 = qd_6 * -0.0002999999999999999
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    S_5_a = ss_5 * -0.0280161283
+    S_5_b = sc_5 * -0.0280161283
+    t122 = S_5_a + 0.00115
+    y0_5_5_n_x = s_5 * -1.0697399999999999e-05
+    S_5t_13 = s_5 * 1.0697399999999999e-05
+    S_5t_22 = S_5_a + 0.0268661283
+    S_5t_23 = c_5 * -1.0697399999999999e-05
+    t131 = s_5 * -0.079443
+    h_5t_x = s_5 * 0.079443
+    h_5t_y = c_5 * -0.079443
+    K_5o_31 = K_6t_21 + qd_5 * 2.1394799999999997e-05
+    K_5_p = qd_5 * -0.0560322566
+    K_5_a = sc_5 * K_5_p
+    t140 = ss_5 * K_5_p
+    t143 = t140 + qd_5 * 0.0023
+    K_5t_13 = c_5 * K_6t_12
+    t147 = t140 + qd_5 * 0.0537322566
+    K_5t_23 = s_5 * K_6t_12
+    K_5t_31 = c_5 * K_5o_31
+    K_5t_32 = s_5 * K_5o_31
+    l_5o_x = qd_5 * 0.158886
+    l_5t_x = c_5 * l_5o_x
+    l_5t_y = s_5 * l_5o_x
+    # link 4 (wrist_roll): composite body
+    t156 = S_5t_23 - 5.36544e-05
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t160 = S_5_a + 0.0056497356
+    S_4_p = s_5 * 2.1394799999999997e-05
+    t164 = ss_4 * t160 - sc_4 * S_4_p
+    t169 = s_4 * t156 - c_4 * S_5_b
+    t172 = c_4 * h_5t_x
+    t175 = s_4 * 0.029825999999999995 - t172
+    h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
+    K_4o_22 = qd_4 * S_4_p
+    t180 = K_5_a + K_4o_22
+    K_4o_12 = K_5t_13 - 2.0 * (qd_4 * t122)
+    t186 = qd_4 * 0.0089994712 - K_5t_31
+    t189 = t147 + 2.0 * (qd_4 * t156)
+    t193 = K_5t_23 - qd_4 * sc_5 * 0.0560322566
+    t194 = K_4o_22 + t180
+    K_4_p = K_4o_12 - t186
+    t198 = ss_4 * t194 - sc_4 * K_4_p
+    t201 = sc_4 * t194 + ss_4 * K_4_p
+    K_3t_12 = t186 + t201
+    K_4t_22 = K_4o_22 - t198
+    t214 = qd_4 * 0.05965199999999999 - l_5t_x
+    l_4o_y = 0.158886 * (qd_4 * s_5)
+    t219 = c_4 * t214 + s_4 * l_4o_y
+    l_4t_y = c_4 * l_4o_y - s_4 * t214
+    # link 3 (boom): composite body
+    t225 = t122 - t164 + 0.0406 * t175
+    S_3_12 = S_5t_13 - sc_4 * t160 - ss_4 * S_4_p + 0.0203 * h_4t_y
+    t231 = t175 - 0.13134099999999999
+    t233 = h_5t_y + 2.7499110000000004
+    # link 3 (boom): composite body: flow of its moments
+    t236 = t180 - t198 + 0.0203 * t219
+    # link 3 (boom): composite body, before its turn
+    t240 = c_4 * K_5t_32 - s_4 * t143 - 2.0 * (qd_3 * h_4t_y)
+    l_3o_z = qd_3 * 12.940000000000001 - l_5t_y
+    t246 = q_3 * 6.470000000000001 - t233
+    # link 2 (shoulder_tilt): composite body
+    t248 = t164 - 0.012499735599999895
+    S_2_12 = c_4 * t156 + s_4 * S_5_b - q_3 * h_4t_y
+    t258 = q_3 * (t233 - t246) + ss_5 * 0.0280161283 - 4.314419422000001
+    S_2_23 = t169 + c_5 * 0.0016126928999999999 - q_3 * t231 - 0.055823193300000004
+    # link 2 (shoulder_tilt): composite body: flow of its moments
+    t268 = c_4 * t193 - s_4 * t189 - q_3 * l_4t_y
+    t273 = K_5_a + q_3 * l_3o_z - 2.0 * (qd_3 * t233)
+    t276 = c_4 * t189 + s_4 * t193 - q_3 * t219
+    # link 2 (shoulder_tilt): composite body, before its turn
+    ss_2 = s_2 * s_2
+    sc_2 = c_2 * s_2
+    t279 = t248 - t258
+    S_2_p = 2.0 * S_2_12
+    t288 = qd_2 * S_2_p
+    K_2o_11 = K_4t_22 - t288
+    K_2_p = t240 + t268 - 2.0 * (qd_2 * t279)
+    t297 = sc_2 * K_2_p
+    h_2b_y = t231 + 0.99638
+    # link 1 (shoulder_pan): Coriolis terms
+    t304 = ss_2 * (t273 + t288 - K_2o_11) + (K_2o_11 + (t219 * 0.154 - t236))
+    # link 2 (shoulder_tilt): second change of its axis
+    t309 = t29 * t86 - t28 * v_2r_x
+    # link 2 (shoulder_tilt): Coriolis terms
+    C_2_f_x = l_3o_z - omega_2s_z * h_4t_y
+    C_2_f_y = l_4t_y + omega_2s_z * t246
+    t314 = omega_2s_x * h_4t_y
+    t316 = omega_2s_x * S_2_12
+    t321 = K_4o_12 - t201 + 0.0203 * l_4t_y - omega_2s_y * t258
+    C_2_n_x = omega_2s_z * S_2_23 + (t316 + t321)
+    t326 = omega_2s_y * S_2_12
+    t331 = omega_2s_z * S_3_12 + (0.0203 * l_5t_y - s_4 * K_5t_32 - c_4 * t143)
+    C_2_n_y = omega_2s_x * t248 + t331 - t326 + 2.0 * (qd_3 * t231)
+    C_2_n_z = K_4t_22 + t273
+    # link 2 (shoulder_tilt): change with its position
+    G_2_0 = w_2_xy * 2.0
+    G_2_1 = t35 + (w_2_zz - w_2_xx)
+    # link 3 (boom): Coriolis terms
+    C_3_f_y = qd_2 * 12.940000000000001
+    t366 = omega_3s_x * t233
+    t367 = omega_2s_x * t233
+    t375 = t91 * 6.470000000000001 - t219 - t367 - 2.0 * (t29 * h_4t_y)
+    # link 4 (wrist_roll): Coriolis terms
+    t382 = omega_4s_z * h_5t_x
+    t384 = omega_4_z * 0.05965199999999999 - l_5t_x
+    C_4_f_z = omega_4s_x * h_5t_x + omega_4r_y * 0.05965199999999999
+    t388 = omega_4s_x * S_5t_13
+    C_4_n_x = t388 + (omega_4r_y * 0.0089994712 - t147) - omega_4s_z * t156
+    t396 = omega_4s_y * S_5t_13
+    C_4_n_y = omega_4s_x * t122 + (K_5t_23 + omega_4s_z * S_5_b) - t396
+    t404 = omega_4s_y * t122 + (v_4b_z * h_5t_x + (t143 + t388))
+    t408 = K_5t_32 + (t48 * 0.0089994712 - v_4b_z * 0.029825999999999995)
+    C_4_c_y = t396 + t408
+    t415 = omega_4s_x * t156 + (v_4r_y * 0.029825999999999995 - K_5_a)
+    C_4_c_z = v_4r_x * h_5t_x + (t415 - omega_4s_y * S_5_b)
+    # link 4 (wrist_roll): change with its position
+    G_4_0 = -2.0 * t53
+    G_4_1 = t58 + (w_4_zz - w_4_xx)
+    t435 = t48 * K_5t_32
+    # link 5 (wrist_bend): Coriolis terms
+    C_5_f_y = omega_5_z * 0.158886
+    C_5_f_z = omega_5r_y * -0.158886
+    t441 = omega_5r_y * 0.0537322566 - omega_5_z * 2.1394799999999997e-05
+    C_5_n_x = t441 - K_6t_21
+    C_5_n_y = t61 * -0.0023
+    t446 = K_6t_12 + omega_5r_y * 0.0023
+    C_5_c_y = t61 * 0.0537322566 + 0.079443 * v_4r_y
+    t452 = t61 * 2.1394799999999997e-05 - 0.079443 * (s_5 * v_4r_x + c_5 * v_4b_z)
+    # link 5 (wrist_bend): change with its position
+    G_5_1 = t73 + (w_5_zz - w_5_xx)
+    t456 = F_5_y + 0.079443 * G_5_1
+    # link 6 (hand): Coriolis terms
+    C_6_n_x = omega_6r_y * 0.0002999999999999999
+    C_6_n_y = omega_6r_x * -0.0002999999999999999
+    # link 2 (shoulder_tilt): effort with joint 2
+    y1_2_2_f_x = c_2 * C_2_f_x - s_2 * C_2_f_y
+    t467 = c_2 * C_2_n_y + (s_2 * C_2_n_x + 0.154 * y1_2_2_f_x)
+    t470 = c_2 * (t276 - t326 - omega_2s_x * t258) + s_2 * (omega_2s_y * t248 + (K_3t_12 + t316))
+    yc_2_2_y = -t470
+    # link 3 (boom): effort with joint 3
+    y1_3_3_b_z = t366 + q_3 * C_3_f_y
+    # link 2 (shoulder_tilt): effort with joint 3
+    t479 = s_2 * (t367 + 12.940000000000001 * (q_3 * t28)) - c_2 * (t314 - omega_3s_x * t231)
+    t481 = 0.154 * (c_2 * C_3_f_y)
+    y1_2_3_b_z = t479 - t481
+    t484 = s_2 * t375
+    yc_2_3_y = -t484
+    # link 4 (wrist_roll): effort with joint 4
+    t489 = t122 + 0.0203 * t175 - 0.0044997356
+    y1_4_4_f_x = s_4 * t384 - c_4 * t382
+    t495 = s_4 * t382 + c_4 * t384
+    t498 = s_4 * C_4_n_y - c_4 * C_4_n_x
+    t507 = s_4 * t404 - c_4 * C_4_c_y
+    # link 3 (boom): effort with joint 4
+    y0_3_4_b_z = t169 - q_3 * t175
+    t514 = 0.0203 * C_4_f_z - c_4 * C_4_n_y - s_4 * C_4_n_x - q_3 * y1_4_4_f_x
+    t515 = q_3 * t495
+    y1_3_4_b_z = t498 - t515
+    # link 2 (shoulder_tilt): effort with joint 4
+    t524 = 0.154 * (c_2 * t495 - s_2 * C_4_f_z) - c_2 * (K_5_a + 0.0203 * t495)
+    y1_2_4_b_z = s_2 * t514 + t524
+    t529 = c_2 * C_4_c_z + s_2 * t507
+    yc_2_4_y = -t529
+    # link 5 (wrist_bend): effort with joint 5
+    y0_5_5_f_x = c_5 * 0.079443
+    y0_5_5_n_y = c_5 * 1.0697399999999999e-05
+    t533 = s_5 * C_5_f_y
+    y1_5_5_f_y = c_5 * C_5_f_y
+    t537 = s_5 * C_5_n_y - c_5 * C_5_n_x
+    y1_5_5_n_y = s_5 * C_5_n_x + c_5 * C_5_n_y
+    t545 = c_5 * t446 + s_5 * C_5_c_y
+    yc_5_5_y = c_5 * C_5_c_y - s_5 * t446
+    # link 4 (wrist_roll): effort with joint 5
+    y0_4_5_f_x = c_4 * y0_5_5_f_x
+    y0_4_5_f_y = s_4 * y0_5_5_f_x
+    t554 = y0_5_5_n_y - 0.0203 * y0_4_5_f_y
+    y1_4_5_f_y = c_4 * C_5_f_z - s_4 * t533
+    t569 = c_4 * t452 + s_4 * t545
+    # link 3 (boom): effort with joint 5
+    t574 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
+    y0_3_5_b_x = q_3 * y0_4_5_f_x + (s_4 * y0_5_5_n_x + t574)
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * y0_5_5_n_x)
+    y1_3_5_b_x = 0.0203 * y1_5_5_f_y - s_4 * t537 - q_3 * (s_4 * C_5_f_z + c_4 * t533)
+    y1_3_5_b_z = c_4 * t537 + q_3 * y1_4_5_f_y
+    # link 2 (shoulder_tilt): effort with joint 5
+    y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
+    t594 = s_2 * y0_3_5_b_x + (c_2 * t554 + 0.154 * y0_2_5_f_x)
+    y1_2_5_f_x = c_2 * y1_4_5_f_y - s_2 * y1_5_5_f_y
+    t602 = c_2 * (y1_5_5_n_y - 0.0203 * y1_4_5_f_y) + (s_2 * y1_3_5_b_x + 0.154 * y1_2_5_f_x)
+    t603 = s_2 * t569
+    t604 = c_2 * yc_5_5_y
+    yc_2_5_y = t604 - t603
+    # link 6 (hand): effort with joint 6
+    y1_6_6_n_x = c_6 * C_6_n_x - s_6 * C_6_n_y
+    y1_6_6_n_y = c_6 * C_6_n_y + s_6 * C_6_n_x
+    # link 5 (wrist_bend): effort with joint 6
+    y0_5_6_n_x = s_5 * 0.0002999999999999999
+    y0_5_6_n_y = c_5 * -0.0002999999999999999
+    y1_5_6_n_x = c_5 * y1_6_6_n_x
+    y1_5_6_n_y = s_5 * y1_6_6_n_x
+    # link 4 (wrist_roll): effort with joint 6
+    y0_4_6_n_x = c_4 * y0_5_6_n_x
+    y0_4_6_n_y = s_4 * y0_5_6_n_x
+    t620 = s_4 * y1_6_6_n_y
+    t621 = c_4 * y1_5_6_n_x
+    t622 = t620 - t621
+    y1_4_6_n_x = t621 - t620
+    y1_4_6_n_y = s_4 * y1_5_6_n_x + c_4 * y1_6_6_n_y
+    # link 2 (shoulder_tilt): effort with joint 6
+    y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
+    # link 2 (shoulder_tilt): gravity
+    g_2r_x = s_2 * -9.81
+    g_2r_y = c_2 * -9.81
+    # link 4 (wrist_roll): gravity
+    g_4r_x = s_4 * g_2r_x
+    # link 5 (wrist_bend): gravity
+    g_5r_x = c_5 * g_4r_x + s_5 * g_2r_y
+    t639 = c_2 * y0_5_6_n_y + s_2 * y0_4_6_n_y
+    t641 = qd_3 * 0.5
+    t643 = qd_6 * 0.5
+    t645 = qd_4 * 0.5
+    t647 = qd_2 * 0.5
+    t649 = qd_5 * 0.5
+    t656 = qd_1 * 0.5
+    t664 = l_4t_y + t366 - 6.470000000000001 * (v_2r_x - v_3b_x)
+    t676 = c_4 * t404 + (t326 + s_4 * C_4_c_y) - omega_2s_x * t489
+    t677 = t86 * t175 + t676
+    t679 = t314 - omega_3s_x * t175
+    t701 = c_4 * t545 - s_4 * t452 - omega_2s_x * t554 - t86 * y0_4_5_f_y
+    t703 = omega_2s_y * y0_3_5_b_x + (t701 - v_2r_x * h_5t_x)
+    t707 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t713 = v_4r_y * y0_5_5_f_x + (t48 * 0.051432256600000004 - yc_5_5_y)
+    t714 = omega_4s_y * y0_5_5_n_x + t713
+    t731 = omega_2s_x * y0_5_6_n_y - (t622 + omega_2s_y * y0_4_6_n_y)
+    t733 = y1_5_6_n_y - omega_4s_y * y0_5_6_n_x
+    t736 = t61 * 0.0005999999999999998 - y1_6_6_n_y
+    # effort less bias force
+    t744 = u_5 - 0.079443 * g_5r_x - y1_6_6_n_y * t643 - t645 * t714
+    t747 = t641 * t707 + (t744 - (t603 - t604) * t656) - t647 * t703
+    t750 = t645 * t733 + (y1_2_6_n_y * t656 + (u_6 + t649 * t736))
+    t751 = t647 * t731 + t750
+    # solve: L D L^T
+    t753 = t639 * 49.26108374384237
+    t756 = y0_4_6_n_x * 49.26108374384237
+    t759 = c_5 * 0.014778325123152707
+    t767 = t594 * 8.148888119704473
+    t770 = y0_3_5_b_z * 8.148888119704473
+    t772 = s_5 * -0.6473721188936825
+    t774 = c_5 * -8.717191577172662e-05
+    t787 = s_2 * S_2_12 - t639 * t759 - t594 * t774 - c_2 * (t175 * 0.154 - t489)
+    t790 = y0_3_4_b_z + y0_4_6_n_x * t759 - y0_3_5_b_z * t774
+    t791 = t131 * t774
+    t794 = S_5t_23 * t774 + (t122 + c_5 * 0.0002999999999999999 * t759)
+    t798 = 1.0 / (t794 - 0.1104997356)
+    t799 = t787 * t798
+    t800 = t790 * t798
+    t802 = t791 * t798
+    t809 = t594 * t772 + t787 * t802 - s_2 * h_2b_y
+    t812 = t790 * t802 + (h_4t_y + y0_3_5_b_z * t772)
+    t817 = 1.0 / (t131 * t772 - t791 * t802 - 7.252000000000001)
+    t818 = t809 * t817
+    t820 = t812 * t817
+    t825 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t246 - s_2 * h_4t_y) * 0.154
+    t829 = t594 * t770 + (t825 - t639 * t756) - t787 * t800 - t809 * t820
+    t833 = y0_3_5_b_z * t770 + (y0_4_6_n_x * t756 + (t248 + t258))
+    t838 = 1.0 / (t833 - t790 * t800 - t812 * t820 - 2.193)
+    t839 = t829 * t838
+    t846 = t639 * t753 + (sc_2 * S_2_p + (t225 + t248 - ss_2 * t279))
+    t850 = t594 * t767 + t846 - t787 * t799 - t809 * t818 - t829 * t839
+    t865 = u_4 + 0.029825999999999995 * g_4r_x - t172 * g_2r_x
+    t868 = y1_5_6_n_y * t643 + (t641 * t679 + t865 - t529 * t656)
+    t871 = y1_5_5_n_y * t649 + t868 - t647 * t677 - t751 * t759
+    t874 = t871 - t747 * t774 + 0.5 * (qd_4 * K_5_a)
+    t883 = t647 * t664 + (u_3 - c_2 * 63.47070000000001 - t484 * t656)
+    t886 = y1_5_5_f_y * t649 + t883 - t747 * t772 - t802 * t874
+    t888 = t886 - 0.5 * (qd_4 * C_4_f_z)
+    t894 = u_2 - y1_3_3_b_z * t641 - y1_3_5_b_z * t649 - y1_3_4_b_z * t645
+    t898 = t894 - t246 * g_2r_x - t622 * t643 - t470 * t656 - h_4t_y * g_2r_y
+    t902 = t800 * t874 + (t751 * t756 + t898 - t747 * t770) - t820 * t888
+    t904 = t902 - 0.5 * (qd_2 * C_2_n_z)
+    t909 = y1_2_6_n_y * t643 + (u_1 - y1_2_3_b_z * t641) - y1_2_4_b_z * t645
+    t913 = t747 * t767 + (t751 * t753 + (t602 * t649 + (t467 * t647 + t909)))
+    t918 = t839 * t904 + (t818 * t888 + (t913 - t799 * t874)) - 0.5 * (qd_1 * (t304 - t297))
+    t919 = 1.0 / (t850 - 0.154 * (t231 + h_2b_y) - 1.4339328644)
+    t920 = t918 * t919
+    t927 = t838 * t904 + t839 * t920
+    t931 = t817 * t888 + t818 * t920 - t820 * t927
+    t937 = t800 * t927 + (t798 * t874 - t799 * t920) - t802 * t931
+    # link 2 (shoulder_tilt): acceleration field U along the axis
+    t945 = c_2 * t920
+    t946 = s_2 * t920
+    # link 2 (shoulder_tilt): acceleration of its joint
+    t947 = 0.154 * t920
+    # link 2 (shoulder_tilt): acceleration
+    t951 = s_2 * 9.81 - c_2 * t947
+    t954 = s_2 * t947 + c_2 * 9.81
+    # link 2 (shoulder_tilt): angular acceleration
+    t955 = t31 + t945
+    # link 2 (shoulder_tilt): acceleration field U
+    t956 = w_2_xy + t927
+    t957 = t31 + t955
+    t960 = t946 - 2.0 * (qd_2 * t29)
+    # link 3 (boom): acceleration of its joint
+    t962 = q_3 * t960
+    # link 3 (boom): acceleration of its frame
+    t965 = t962 + (qd_3 * omega_2s_x + w_1_zz * 0.154)
+    t967 = qd_3 * omega_2s_z - t951 - q_3 * t956
+    t968 = q_3 * t34 + t931
+    t969 = t954 - t968
+    # link 3 (boom): acceleration field U
+    t970 = t31 - t955
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t973 = s_4 * t956 - c_4 * t960
+    t976 = c_4 * t956 + s_4 * t960
+    # link 4 (wrist_roll): acceleration of its joint
+    t978 = t965 + 0.0203 * U_3_xx
+    t980 = t967 + 0.0203 * t970
+    t982 = 0.0203 * t946 - t969
+    # link 4 (wrist_roll): acceleration
+    t985 = s_4 * t980 + c_4 * t978
+    t988 = c_4 * t980 - s_4 * t978
+    # link 4 (wrist_roll): angular acceleration
+    t989 = t54 - t973
+    # link 4 (wrist_roll): acceleration field U
+    t991 = t53 - t937 - t955
+    t992 = t54 + t989
+    t995 = t976 + 2.0 * (omega_4r_y * omega_4_z)
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t998 = s_5 * t995 + c_5 * t991
+    t1001 = c_5 * t995 - s_5 * t991
+    # link 5 (wrist_bend): angular acceleration
+    t1008 = t67 - t998
+    t1010 = t770 * t927 + (t747 * 8.148888119704473 - t767 * t920)
+    t1013 = t989 + (t774 * t937 + (t772 * t931 + t1010))
+    # link 5 (wrist_bend): acceleration field U
+    t1014 = t66 + t1013
+    t1015 = t67 + t1008
+    t1018 = t1001 + 2.0 * (omega_5r_y * omega_5_z)
+    # link 5 (wrist_bend): Newton, inertial force
+    t1019 = 0.079443 * t1014
+    # link 6 (hand): angular acceleration
+    t1025 = t751 * 49.26108374384237 - t753 * t920 - t756 * t927
+    # link 6 (hand): acceleration field U
+    t1031 = s_6 * t1018 - c_6 * t1014 + 2.0 * (omega_6r_x * omega_6_z)
+    t1035 = c_6 * t1018 + s_6 * t1014 + 2.0 * (omega_6r_y * omega_6_z)
+    # link 6 (hand): Euler, inertial moment
+    t1037 = t1035 * 0.00014999999999999996
+    t1039 = t1031 * -0.00014999999999999996
+    # link 5 (wrist_bend): moment from link 4
+    t1048 = t73 * 1.0697399999999999e-05 - 0.079443 * t988 + 0.0268661283 * t1018
+    t1050 = c_6 * t1037 + (t1048 - s_6 * t1039)
+    t1055 = 0.0002999999999999999 * (t759 * t937 + t1025 - t1008)
+    t1056 = 1.0697399999999999e-05 * t1014 - t1015 * 0.0013 - t1055
+    # link 4 (wrist_roll): force from link 3
+    t1065 = s_5 * F_5_y + 0.029825999999999995 * t991 - c_5 * t1019
+    t1068 = t57 * 0.029825999999999995 + 0.079443 * t1018
+    t1071 = s_5 * t1019 + (c_5 * F_5_y - 0.029825999999999995 * t995)
+    # link 4 (wrist_roll): moment from link 3
+    t1077 = t58 * 5.36544e-05 + 0.029825999999999995 * t982 - t995 * 0.0043497356
+    t1079 = s_5 * t1056 + t1077 - c_5 * t1050
+    t1085 = t66 * 0.0281661283 - 5.36544e-05 * t991 - 1.0697399999999999e-05 * t998
+    t1090 = t1085 + 0.079443 * (s_5 * t982 + c_5 * t985) + t1013 * 0.0255661283
+    t1092 = s_6 * t1037 + (c_6 * t1039 + t1090)
+    # link 4 (wrist_roll): force, before its turn
+    t1097 = s_4 * t1065 + c_4 * t1068
+    # link 3 (boom): force from link 2
+    t1102 = U_3_xx * 0.13134099999999999 - 2.7499110000000004 * t960
+    t1106 = s_4 * t1068 + (t1102 + 6.470000000000001 * t965 - c_4 * t1065)
+    t1109 = 2.7499110000000004 * t956 + 6.470000000000001 * t967
+    t1112 = t1109 + 0.13134099999999999 * t970 - t1097
+    # link 2 (shoulder_tilt): change with its position
+    t1117 = h_4t_y * G_2_0 + t34 * 2.7499110000000004 - t246 * G_2_1
+    t1121 = t28 * t219 + t1117 - 6.470000000000001 * t968 - t1071
+    t1125 = 6.470000000000001 * t951 - t231 * t945
+    t1128 = t1112 + (h_4t_y * G_2_1 + (t246 * G_2_0 + t29 * t219))
+    t1130 = h_4t_y * t960
+    t1138 = S_3_12 * G_2_1 + (t29 * (t236 - t273) + S_2_23 * G_2_0)
+    t1143 = t1138 - t28 * t268 + 0.055823193300000004 * t956 + 0.13134099999999999 * t967
+    t1147 = t1143 + 5.36544e-05 * t973 - 0.029825999999999995 * t985
+    t1151 = t1147 + t991 * 0.0043497356 - c_5 * t1056 - s_5 * t1050
+    t1155 = S_2_12 * t960 + (t1151 - 0.0203 * t1097 - t231 * t951)
+    t1157 = t1155 - t225 * t945 - t957 * (t258 + 0.007999999999999896)
+    t1165 = t28 * (K_4t_22 - t236) + t35 * 0.055823193300000004
+    t1168 = S_2_23 * G_2_1 + (t29 * t240 + t1165 - S_3_12 * G_2_0)
+    t1172 = t1168 - 2.7499110000000004 * t965 - 0.13134099999999999 * t969
+    t1176 = c_4 * t1092 + (t1172 + 0.0203 * t1071 - s_4 * t1079)
+    t1180 = t225 * t946 + (q_3 * t1106 + t1176 - t231 * t954 - S_2_12 * t957)
+    # link 3 (boom): change with its position
+    t1187 = t956 * -6.470000000000001
+    # link 4 (wrist_roll): change with its position
+    t1196 = h_5t_x * G_4_0 + 0.029825999999999995 * G_4_1 - t48 * l_5t_y
+    t1198 = h_5t_y * t976 + (t1068 + t1196)
+    t1202 = h_5t_x * G_4_1 + (omega_4r_y * l_5t_y + t53 * 0.05965199999999999)
+    t1204 = t1202 - t1065 - h_5t_y * t973
+    t1208 = t48 * l_5t_x - 0.029825999999999995 * t992 - h_5t_x * t995
+    t1214 = t156 * G_4_0 + (t48 * K_5t_31 - omega_4r_y * K_5_a - S_5_b * G_4_1)
+    t1218 = h_5t_y * t985 + (t1092 + (t1214 - 0.0044997356 * t992))
+    t1220 = S_5t_22 * t973 + t1218 - S_5t_13 * t995
+    t1226 = S_5_b * G_4_0 + (t156 * G_4_1 + omega_4r_y * K_5t_13)
+    t1230 = S_5t_13 * t992 + (S_5t_22 * t976 + (t1079 + t1226 - t122 * t995))
+    t1231 = h_5t_y * t988 + t1230
+    t1238 = t160 * G_4_1 + omega_4r_y * t143 + 0.029825999999999995 * t988
+    t1241 = t156 * t976 + (h_5t_x * t985 + (S_5_b * t973 + t1238))
+    t1244 = t1241 - t53 * S_5t_13 * 4.0
+    # link 5 (wrist_bend): change with its position
+    t1246 = t66 * 0.158886 - t1019
+    t1247 = -0.079443 * t1015
+    t1250 = t66 * 2.1394799999999997e-05 - t998 * 0.00014999999999999996
+    t1253 = t1250 + 0.0268661283 * t1015 - t1056
+    t1256 = 1.0697399999999999e-05 * G_5_1 + t1001 * 0.00014999999999999996
+    t1259 = t1256 - 0.00115 * t1018 - t1050
+    t1263 = omega_5r_y * K_6t_12 + 0.0280161283 * G_5_1 + 1.0697399999999999e-05 * t1001
+    t1265 = t1263 + 0.079443 * (s_5 * t985 - c_5 * t982)
+    # link 2 (shoulder_tilt): effort with joint 2
+    t1268 = c_2 * (t1121 - t175 * t946) - s_2 * (t1125 + t1128)
+    t1272 = c_2 * (t960 * (t248 + 4.287553293700001) + t1180) + 0.154 * t1268
+    # link 3 (boom): effort with joint 3
+    t1277 = t233 * t960 + (t34 * t231 - 6.470000000000001 * t962 - t1106)
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1285 = 0.154 * (c_2 * t1187 - 6.470000000000001 * (s_2 * t34))
+    t1287 = c_2 * (t1130 - t231 * t956) + (t1285 - s_2 * t1277)
+    # link 4 (wrist_roll): effort with joint 4
+    t1293 = s_4 * t1198 + c_4 * t1204
+    # link 3 (boom): effort with joint 4
+    t1305 = q_3 * (c_4 * t1198 - s_4 * t1204) + (0.0203 * t1208 - s_4 * t1220 - c_4 * t1231)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1313 = 0.154 * (c_2 * t1293 - s_2 * t1208) - c_2 * (t435 - t1244 + 0.0203 * t1293)
+    # link 5 (wrist_bend): effort with joint 5
+    t1316 = c_5 * t456 - s_5 * t1246
+    t1318 = s_5 * t456 + c_5 * t1246
+    t1322 = s_5 * t1259 + c_5 * t1253
+    t1325 = s_5 * t1253 - c_5 * t1259
+    # link 4 (wrist_roll): effort with joint 5
+    t1331 = c_4 * t1247 - s_4 * t1316
+    # link 3 (boom): effort with joint 5
+    t1342 = q_3 * (s_4 * t1247 + c_4 * t1316) + (c_4 * t1265 + (0.0203 * t1318 - s_4 * t1322))
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1350 = c_2 * (t1325 - 0.0203 * t1331) + 0.154 * (c_2 * t1331 + s_2 * t1318)
+    # derivative of effort
+    t1370 = t279 * G_2_1 + t28 * t276 - t29 * K_3t_12 - h_4t_y * t951
+    t1373 = t246 * t954 + t1370 - S_3_12 * t945 - S_2_23 * t946
+    t1380 = t28 * C_4_c_z + (h_4t_y * t309 + (w_1_zz * y0_3_4_b_z - t29 * t507))
+    t1385 = w_1_zz * y0_3_5_b_z - t309 * y0_4_5_f_x - t28 * yc_5_5_y
+    t1388 = t554 * t946 + (y0_4_5_f_y * t954 + (t1385 - t29 * t569))
+    t1392 = t29 * y1_4_6_n_y - w_1_zz * y0_4_6_n_x - t28 * y1_5_6_n_y
+    t1397 = q_3 * t1187 + (t233 * t956 + (t34 * h_4t_y + t1112))
+    t1402 = y0_4_5_f_y * t956 - t34 * h_5t_x - y0_4_5_f_x * t960
+    t1408 = omega_4r_y * t545 + (t48 * t452 - t34 * y0_5_5_n_y)
+    t1409 = t1408 - h_5t_x * (omega_4r_y * v_4r_y - t48 * v_4r_x)
+    t1411 = y0_5_5_f_x * (t48 * v_4b_z - t988) + (0.025716128300000002 * t976 + t1409)
+    t1414 = y0_5_6_n_x * t973 - t48 * y1_6_6_n_y - t34 * y0_5_6_n_y
+    t1419 = -0.0002999999999999999 * t1001 - omega_5r_y * y1_6_6_n_x
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 1.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 1.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 1.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 1.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 1.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    out[64 * S + k] = 0.0
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = 0.0
+    out[67 * S + k] = 0.0
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = 0.0
+    out[70 * S + k] = 0.0
+    out[71 * S + k] = 1.0
+    out[72 * S + k] = 0.0
+    out[73 * S + k] = s_2 * t1157 + t1272
+    out[74 * S + k] = t1287
+    out[75 * S + k] = s_2 * t1305 + t1313
+    out[76 * S + k] = t1350 - s_2 * t1342
+    out[77 * S + k] = 0.0
+    out[78 * S + k] = t297 - t304
+    out[79 * S + k] = t467
+    out[80 * S + k] = t481 - t479
+    out[81 * S + k] = -y1_2_4_b_z
+    out[82 * S + k] = t602
+    out[83 * S + k] = y1_2_6_n_y
+    out[84 * S + k] = 0.0
+    out[85 * S + k] = t1373 + 4.0 * (w_2_xy * S_2_12)
+    out[86 * S + k] = -t1397
+    out[87 * S + k] = s_4 * t1231 - c_4 * t1220 - q_3 * t1293
+    out[88 * S + k] = c_4 * t1322 + s_4 * t1265 - q_3 * t1331
+    out[89 * S + k] = 0.0
+    out[90 * S + k] = yc_2_2_y
+    out[91 * S + k] = -C_2_n_z
+    out[92 * S + k] = -y1_3_3_b_z
+    out[93 * S + k] = t515 - t498
+    out[94 * S + k] = -y1_3_5_b_z
+    out[95 * S + k] = y1_4_6_n_x
+    out[96 * S + k] = 0.0
+    out[97 * S + k] = t1125 - t29 * t375 - w_1_zz * h_4t_y
+    out[98 * S + k] = t34 * 6.470000000000001
+    out[99 * S + k] = t1208
+    out[100 * S + k] = -t1318
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = yc_2_3_y
+    out[103 * S + k] = t664
+    out[104 * S + k] = 0.0
+    out[105 * S + k] = -C_4_f_z
+    out[106 * S + k] = y1_5_5_f_y
+    out[107 * S + k] = 0.0
+    out[108 * S + k] = 0.0
+    out[109 * S + k] = t489 * t946 + t1380 - t175 * t954 - S_2_12 * t945
+    out[110 * S + k] = t1130 - t175 * t956
+    out[111 * S + k] = t1244 - t435
+    out[112 * S + k] = t1325
+    out[113 * S + k] = 0.0
+    out[114 * S + k] = yc_2_4_y
+    out[115 * S + k] = -t677
+    out[116 * S + k] = t679
+    out[117 * S + k] = K_5_a
+    out[118 * S + k] = y1_5_5_n_y
+    out[119 * S + k] = y1_5_6_n_y
+    out[120 * S + k] = 0.0
+    out[121 * S + k] = t1388 - y0_3_5_b_x * t945 - h_5t_x * t951
+    out[122 * S + k] = t1402
+    out[123 * S + k] = y0_5_5_n_x * t973 + t1411
+    out[124 * S + k] = t1265
+    out[125 * S + k] = 0.0
+    out[126 * S + k] = yc_2_5_y
+    out[127 * S + k] = -t703
+    out[128 * S + k] = t707
+    out[129 * S + k] = -t714
+    out[130 * S + k] = 0.0
+    out[131 * S + k] = -y1_6_6_n_y
+    out[132 * S + k] = 0.0
+    out[133 * S + k] = y0_5_6_n_y * t946 + (t1392 - y0_4_6_n_y * t945)
+    out[134 * S + k] = 0.0
+    out[135 * S + k] = t1414 - omega_4r_y * y1_5_6_n_x
+    out[136 * S + k] = t1419
+    out[137 * S + k] = 0.0
+    out[138 * S + k] = y1_2_6_n_y
+    out[139 * S + k] = t731
+    out[140 * S + k] = 0.0
+    out[141 * S + k] = t733
+    out[142 * S + k] = t736
+    out[143 * S + k] = 0.0
+    factor_1_0 = -t839
+    factor_2_0 = -t818
+    factor_2_1 = t820
+    factor_3_0 = t799
+    factor_3_1 = -t800
+    factor_3_2 = t802
+    factor_4_0 = t594 * -8.148888119704473
+    factor_4_1 = t770
+    factor_4_2 = t772
+    factor_4_3 = t774
+    factor_5_0 = t639 * -49.26108374384237
+    factor_5_1 = y0_4_6_n_x * -49.26108374384237
+    factor_5_3 = t759
+    reciprocal_0 = -t919
+    reciprocal_1 = -t838
+    reciprocal_2 = -t817
+    reciprocal_3 = -t798
+    reciprocal_4 = 8.148888119704473
+    reciprocal_5 = 49.26108374384237
+    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9854,7 +12052,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
     out = np.empty(144)
-    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(x, u, out, 0, 1, _together)
     return out.reshape((12, 12))
 
 
@@ -9867,7 +12065,9 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 6 entries")
     if out.size != 144:
         raise ValueError("out must have 144 entries")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9875,7 +12075,7 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 162:
         raise ValueError("state_derivative_state_jacobian_packed takes 162 numbers: x, u, result")
-    _state_derivative_state_jacobian(both[0:12], both[12:18], both[18:], 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(both[0:12], both[12:18], both[18:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10032,142 +12232,135 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     p_hand_added_inertia_inertia = p[41]
     s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
     # link 6 (hand): base parameters
-    t64 = p_hand_inertia_zz * 0.5
-    t65 = p_hand_inertia_yy * 0.5
-    t66 = p_hand_inertia_xx * 0.5
-    J_6_xx = t64 + t65 - t66
-    t69 = t64 - t65
-    J_6_yy = t66 + t69
+    t64 = p_hand_inertia_xx * 0.5
+    t65 = p_hand_inertia_zz * 0.5
+    t66 = p_hand_inertia_yy * 0.5
+    J_6_xx = t65 + t66 - t64
+    t69 = t66 - t65
+    J_6_yy = t64 - t69
     J_6_z1 = p_hand_com_z * p_hand_mass
     # link 5 (wrist_bend): base parameters
     t73 = p_wrist_bend_inertia_xx * 0.5
     t74 = p_wrist_bend_inertia_yy * 0.5
-    t75 = t73 - t74
+    t75 = t74 - t73
     t76 = p_wrist_bend_com_z * p_wrist_bend_mass
-    t82 = t69 - t66 - p_hand_com_z * J_6_z1 - t73 - t74 - p_wrist_bend_com_z * t76
+    t81 = p_hand_com_z * J_6_z1 + (t69 + (t64 + (t73 + t74)))
+    t82 = p_wrist_bend_com_z * t76 + t81
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
     t84 = p_wrist_bend_com_z * J_5_z1
     t85 = J_6_z1 + t76
     # link 4 (wrist_roll): base parameters
-    t87 = p_wrist_roll_inertia_yy * 0.5
-    t88 = p_wrist_roll_inertia_xx * 0.5
-    t89 = p_wrist_roll_inertia_zz * 0.5
-    t90 = t87 - t88
-    J_4_xx = t89 + t90
+    t87 = p_wrist_roll_inertia_xx * 0.5
+    t88 = p_wrist_roll_inertia_yy * 0.5
+    t89 = t87 - t88
+    t90 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t90 - t89
     t92 = p_wrist_roll_com_z * p_wrist_roll_mass
-    t97 = t88 + (t87 + (t75 + p_wrist_bend_com_y * J_5_z1)) - t89
-    J_4_yy = p_wrist_roll_com_z * t92 + t97
+    t97 = t75 + t90 - p_wrist_bend_com_y * J_5_z1 - t87 - t88
+    t98 = t97 - p_wrist_roll_com_z * t92
     t99 = p_wrist_roll_mass * p_wrist_roll_com_y
     t100 = p_wrist_roll_com_z * t99
     J_4_y1 = J_5_z1 + t92
     J_4_11 = p_hand_mass + (p_wrist_bend_mass + p_wrist_roll_mass)
     # link 3 (boom): base parameters
-    t107 = p_boom_dh_a * p_boom_dh_a
-    t112 = p_boom_mass * p_boom_com_z
-    t114 = p_boom_dh_a * t99 - p_boom_dh_a * t112
-    J_3_x1 = p_boom_dh_a * p_boom_mass + p_boom_dh_a * J_4_11
-    t119 = t99 - t112
+    t106 = p_boom_dh_a * p_boom_mass
+    t108 = p_boom_dh_a * t99 - p_boom_com_z * t106
+    J_3_x1 = t106 + p_boom_dh_a * J_4_11
+    t111 = p_boom_mass * p_boom_com_z
+    t113 = t99 - t111
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t124 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
-    t125 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
-    t126 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
-    J_2_xx = t124 + t125 - t126
-    # solve: L D L^T
-    t129 = t124 - t125
-    # link 2 (shoulder_tilt): base parameters
-    t132 = t90 - t89 - p_wrist_roll_com_y * t99 - p_boom_com_z * t112
-    t134 = t129 + (t132 - t126)
+    t116 = 0.5 * (p_boom_inertia_xx + p_shoulder_tilt_inertia_yy)
+    t118 = 0.5 * (p_boom_inertia_yy + p_shoulder_tilt_inertia_xx)
+    t120 = 0.5 * (p_boom_inertia_zz + p_shoulder_tilt_inertia_zz)
+    J_2_xx = t116 + (t120 - t118)
+    t123 = t120 - t116
+    t126 = p_boom_com_z * t111 + (p_wrist_roll_com_y * t99 + (t89 + t90))
+    t128 = t118 + (t126 - t123)
     J_2_z1 = p_shoulder_tilt_com_y * p_shoulder_tilt_mass
     # link 1 (shoulder_pan): base parameters
-    t138 = J_2_z1 + p_shoulder_tilt_mass * p_shoulder_tilt_dh_d
-    t142 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
+    t133 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t144 = qd_1 * s_2
-    t145 = qd_1 * c_2
+    t135 = qd_1 * s_2
+    t136 = qd_1 * c_2
     # link 2 (shoulder_tilt): acceleration
-    t147 = p_g * s_2
-    t148 = p_g * c_2
+    t138 = p_g * s_2
+    t139 = p_g * c_2
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t144 * t145
-    t150 = qd_2 * t144
-    w_2_xx = t144 * t144
+    w_2_xy = t135 * t136
+    t141 = qd_2 * t135
+    w_2_xx = t135 * t135
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t154 = w_2_xx + w_2_zz
+    t144 = w_2_xx + w_2_zz
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t155 = w_1_zz - t154
+    t145 = w_1_zz - t144
     # link 3 (boom): acceleration of its frame
-    omega_2s_x = t144 * -2.0
+    omega_2s_x = t135 * -2.0
     omega_2s_z = qd_2 * 2.0
     # link 3 (boom): products of angular velocity
-    w_3_zz = t145 * t145
+    w_3_zz = t136 * t136
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t154 - w_3_zz
+    U_3_xx = w_2_zz - t144 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t171 = s_4 * t144 + qd_2 * c_4
-    omega_4r_y = qd_2 * s_4 - c_4 * t144
+    t161 = s_4 * t135 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t135
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t145
+    omega_4_z = qd_4 + t136
     # link 4 (wrist_roll): products of angular velocity
-    t177 = t171 * omega_4r_y
-    t178 = t171 * omega_4_z
-    w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t171 * t171
+    t167 = t161 * omega_4r_y
+    t168 = t161 * omega_4_z
+    w_4_xx = t161 * t161
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): acceleration field U
-    t182 = w_4_xx + w_4_zz
+    t171 = w_4_xx + w_4_zz
     # link 4 (wrist_roll): Euler, inertial moment
-    t184 = t154 - t182
+    t173 = t144 - t171
     # link 5 (wrist_bend): angular velocity of link 4
-    t191 = s_5 * omega_4_z + c_5 * t171
-    omega_5r_y = s_5 * t171 - c_5 * omega_4_z
+    t180 = s_5 * omega_4_z + c_5 * t161
+    omega_5r_y = s_5 * t161 - c_5 * omega_4_z
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t196 = t191 * omega_5r_y
-    t197 = t191 * omega_5_z
-    w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t191 * t191
+    t185 = t180 * omega_5r_y
+    t186 = t180 * omega_5_z
+    w_5_xx = t180 * t180
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    t201 = w_5_xx + w_5_zz
+    t189 = w_5_xx + w_5_zz
     # link 5 (wrist_bend): Newton, inertial force
-    F_5_y = t85 * t201
+    F_5_y = t85 * t189
     # link 5 (wrist_bend): Euler, inertial moment
-    t203 = t182 - t201
+    t191 = t171 - t189
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t191
-    omega_6r_y = s_6 * t191 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t180
+    omega_6r_y = s_6 * t180 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
-    # link 6 (hand): products of angular velocity
-    w_6_xz = omega_6r_x * omega_6_z
-    w_6_yz = omega_6r_y * omega_6_z
-    w_6_xx = omega_6r_x * omega_6r_x
     # link 6 (hand): Euler, inertial moment
     S_6_d = J_6_xx - J_6_yy
     y0_6_6_n_z = J_6_xx + J_6_yy
     # link 2 (shoulder_tilt): twice the velocity of its frame
     v_2b_x = -2.0 * (p_shoulder_tilt_dh_d * qd_1)
     v_2r_x = c_2 * v_2b_x
-    t227 = s_2 * v_2b_x
-    omega_2s_y = t145 * -2.0
+    t212 = s_2 * v_2b_x
+    omega_2s_y = t136 * -2.0
     # link 3 (boom): twice the velocity of its frame
-    v_3b_x = v_2r_x + 2.0 * (qd_2 * q_3)
-    t232 = q_3 * omega_2s_x
+    t215 = 2.0 * (qd_2 * q_3)
+    t216 = q_3 * omega_2s_x
+    omega_3s_x = qd_2 * -2.0
     # link 4 (wrist_roll): twice the velocity of its frame
-    v_4b_y = v_3b_x - p_boom_dh_a * omega_2s_y
-    v_4b_z = t227 + qd_3 * 2.0 - p_boom_dh_a * omega_2s_x
-    v_4r_x = s_4 * v_4b_y + c_4 * t232
-    v_4r_y = c_4 * v_4b_y - s_4 * t232
-    omega_4s_x = -2.0 * t171
+    v_4b_y = v_2r_x + t215 - p_boom_dh_a * omega_2s_y
+    v_4b_z = t212 + qd_3 * 2.0 - p_boom_dh_a * omega_2s_x
+    v_4r_x = s_4 * v_4b_y + c_4 * t216
+    v_4r_y = c_4 * v_4b_y - s_4 * t216
+    omega_4s_x = -2.0 * t161
     omega_4s_y = 2.0 * omega_4r_y
     omega_4s_z = 2.0 * omega_4_z
     # link 5 (wrist_bend): twice the velocity of its frame
-    omega_5s_x = -2.0 * t191
+    omega_5s_x = -2.0 * t180
     omega_5s_y = 2.0 * omega_5r_y
     omega_5s_z = 2.0 * omega_5_z
     # link 6 (hand): twice the velocity of its frame
@@ -10179,236 +12372,237 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     S_6_a = S_6_d * ss_6
     S_6_b = S_6_d * sc_6
     S_6t_22 = J_6_yy + S_6_a
-    K_6o_12 = 2.0 * (qd_6 * J_6_xx)
-    K_6o_21 = -2.0 * (qd_6 * J_6_yy)
-    K_6_p = K_6o_12 + K_6o_21
-    K_6_a = sc_6 * K_6_p
-    t267 = ss_6 * K_6_p
-    K_6t_12 = K_6o_12 - t267
-    K_6t_21 = K_6o_21 - t267
+    t249 = 2.0 * (qd_6 * J_6_xx)
+    t250 = 2.0 * (qd_6 * J_6_yy)
+    t251 = t250 - t249
+    t252 = sc_6 * t251
+    K_6_a = -t252
+    t254 = ss_6 * t251
+    K_6t_12 = t249 + t254
+    t256 = t250 - t254
     # link 5 (wrist_bend): composite body
-    S_5_11 = J_6_xx - t75 - S_6_a
+    S_5_11 = J_6_xx + t75 - S_6_a
     # link 5 (wrist_bend): composite body, before its turn
     ss_5 = s_5 * s_5
     sc_5 = c_5 * s_5
-    S_5_d = t82 + S_5_11
-    S_5_a = ss_5 * S_5_d
-    S_5_b = sc_5 * S_5_d
+    t261 = t82 - S_5_11
+    t262 = ss_5 * t261
+    t263 = sc_5 * t261
     S_5t_13 = s_5 * t84 + c_5 * S_6_b
-    t280 = t82 - S_5_a
+    t267 = t82 - t262
     S_5t_23 = s_5 * S_6_b - c_5 * t84
     h_5t_x = s_5 * t85
     y0_5_5_f_x = c_5 * t85
-    K_5o_12 = 2.0 * (qd_5 * S_5_11)
-    K_5o_21 = 2.0 * (qd_5 * t82)
-    K_5o_31 = K_6t_21 + 2.0 * (qd_5 * t84)
+    t276 = t256 - 2.0 * (qd_5 * t84)
     K_5o_32 = 2.0 * (qd_5 * S_6_b)
-    K_5_p = K_5o_12 + K_5o_21
-    C_4_n_z = K_6_a * ss_5 - sc_5 * K_5_p
-    t301 = ss_5 * K_5_p + K_6_a * sc_5
-    t302 = K_6_a - C_4_n_z
-    K_5t_12 = K_5o_12 - t301
+    t280 = 2.0 * (qd_5 * S_5_11)
+    t281 = 2.0 * (qd_5 * t82)
+    t282 = t281 - t280
+    K_5_a = t252 * ss_5 - sc_5 * t282
+    t288 = ss_5 * t282 + t252 * sc_5
+    t289 = t252 - K_5_a
+    K_5t_12 = t280 + t288
     K_5t_13 = c_5 * K_6t_12
-    K_5t_21 = K_5o_21 - t301
+    t292 = t281 - t288
     K_5t_23 = s_5 * K_6t_12
-    t309 = s_5 * K_5o_32 - c_5 * K_5o_31
-    K_5t_32 = s_5 * K_5o_31 + c_5 * K_5o_32
+    t296 = s_5 * K_5o_32 + c_5 * t276
+    t299 = s_5 * t276 - c_5 * K_5o_32
     l_5o_x = 2.0 * (qd_5 * t85)
     l_5t_x = c_5 * l_5o_x
     l_5t_y = s_5 * l_5o_x
     # link 4 (wrist_roll): composite body
-    S_4_11 = J_4_xx + S_5_11 - S_5_a
-    S_4_22 = J_4_yy + S_6t_22
-    t320 = t100 + S_5t_23
+    S_4_11 = t262 + (J_4_xx + S_5_11)
+    t306 = t98 - S_6t_22
+    t307 = t100 + S_5t_23
     # link 4 (wrist_roll): composite body, before its turn
     ss_4 = s_4 * s_4
     sc_4 = c_4 * s_4
-    S_4_d = S_4_11 - S_4_22
+    S_4_d = S_4_11 + t306
     S_4_p = 2.0 * S_5t_13
     S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
-    t332 = s_4 * t320 - c_4 * S_5_b
-    S_4t_22 = S_4_22 + S_4_a
-    t337 = c_4 * h_5t_x
-    t338 = s_4 * J_4_y1 - t337
+    t319 = s_4 * t307 + c_4 * t263
+    t323 = c_4 * h_5t_x
+    t324 = s_4 * J_4_y1 - t323
     h_4t_y = c_4 * J_4_y1 + s_4 * h_5t_x
-    t342 = qd_4 * S_4_p
-    t343 = t302 + t342
+    t328 = qd_4 * S_4_p
+    t329 = t289 - t328
     K_4o_12 = K_5t_13 + 2.0 * (qd_4 * S_4_11)
-    t349 = t309 + 2.0 * (qd_4 * S_4_22)
-    K_4o_22 = K_6_a + t342
-    t353 = K_5t_21 - 2.0 * (qd_4 * t320)
-    t356 = K_5t_23 + 2.0 * (qd_4 * S_5_b)
-    t357 = t343 + K_4o_22
-    K_4_p = K_4o_12 - t349
-    t361 = ss_4 * t357 - sc_4 * K_4_p
-    t364 = sc_4 * t357 + ss_4 * K_4_p
-    K_3t_12 = t349 + t364
-    K_4t_22 = K_4o_22 - t361
+    t335 = t296 - 2.0 * (qd_4 * t306)
+    t336 = t252 - t328
+    K_4o_31 = t292 + 2.0 * (qd_4 * t307)
+    t342 = K_5t_23 - 2.0 * (qd_4 * t263)
+    t343 = t329 + t336
+    K_4_p = K_4o_12 - t335
+    t347 = ss_4 * t343 + sc_4 * K_4_p
+    t350 = sc_4 * t343 - ss_4 * K_4_p
+    K_3t_12 = t335 - t350
+    t354 = t336 - t347
     l_4o_x = l_5t_x - 2.0 * (qd_4 * J_4_y1)
     l_4o_y = 2.0 * (qd_4 * h_5t_x)
     l_4t_x = c_4 * l_4o_x - s_4 * l_4o_y
     l_4t_y = c_4 * l_4o_y + s_4 * l_4o_x
     # link 3 (boom): composite body
-    t386 = p_boom_dh_a * t338
-    S_3_11 = S_4_11 - S_4_a - 2.0 * t386
+    t372 = p_boom_dh_a * t324
+    S_3_11 = S_4_11 - S_4_a - 2.0 * t372
     S_3_12 = p_boom_dh_a * h_4t_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
-    h_3_x = J_3_x1 - t338
-    t396 = t119 - y0_5_5_f_x
+    h_3_x = J_3_x1 - t324
+    t382 = t113 - y0_5_5_f_x
     # link 3 (boom): composite body: flow of its moments
-    t399 = t343 - t361 - p_boom_dh_a * l_4t_x
-    K_3_12 = p_boom_dh_a * l_4t_y + (K_4o_12 - t364)
+    t385 = p_boom_dh_a * l_4t_x + (t329 - t347)
     # link 3 (boom): composite body, before its turn
-    t409 = c_4 * K_5t_32 + s_4 * K_5t_12 - 2.0 * (qd_3 * h_4t_y)
-    t411 = K_4t_22 + t399
-    t412 = t399 - t411
-    K_3t_22 = K_4t_22 - t411
-    t416 = l_5t_y - 2.0 * (qd_3 * J_3_11)
-    t417 = q_3 * J_3_11
-    h_3b_y = t396 - t417
+    K_3o_23 = c_4 * t299 - s_4 * K_5t_12 + 2.0 * (qd_3 * h_4t_y)
+    t394 = l_5t_y - 2.0 * (qd_3 * J_3_11)
+    t395 = q_3 * J_3_11
+    h_3b_y = t382 - t395
     # link 2 (shoulder_tilt): composite body
-    S_2_11 = S_4t_22 - S_3_11 + (J_2_xx + S_3_11)
-    S_2_12 = c_4 * t320 + s_4 * S_5_b - q_3 * h_4t_y
-    t428 = q_3 * h_3b_y + (q_3 * t396 + (t134 + t280))
-    t432 = t114 - t332 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
+    S_2_11 = S_4_a + (J_2_xx - t306)
+    S_2_12 = c_4 * t307 - s_4 * t263 - q_3 * h_4t_y
+    t405 = t128 + t267 - q_3 * (t382 + h_3b_y)
+    t409 = t108 - t319 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
     # link 2 (shoulder_tilt): composite body: flow of its moments
-    K_2_21 = c_4 * t356 + s_4 * t353 - q_3 * l_4t_y
-    t439 = q_3 * t416 + (C_4_n_z + 2.0 * (qd_3 * t396))
-    t442 = c_4 * t353 - s_4 * t356 - q_3 * l_4t_x
+    t412 = c_4 * t342 - s_4 * K_4o_31 - q_3 * l_4t_y
+    t417 = K_5_a - q_3 * t394 - 2.0 * (qd_3 * t382)
+    K_2_23 = q_3 * l_4t_x + (c_4 * K_4o_31 + s_4 * t342)
     # link 2 (shoulder_tilt): composite body, before its turn
     ss_2 = s_2 * s_2
     sc_2 = c_2 * s_2
-    S_2_d = S_2_11 + t428
+    S_2_d = S_2_11 - t405
     S_2_p = 2.0 * S_2_12
-    t453 = qd_2 * S_2_p
-    t454 = t412 + t453
-    K_2_d = t439 - t453 - t454
-    K_2_p = t409 + K_2_21 + 2.0 * (qd_2 * S_2_11) + 2.0 * (qd_2 * t428)
-    t466 = p_shoulder_tilt_dh_d * J_3_11
+    t431 = qd_2 * S_2_p
+    t432 = t354 + t431
+    t442 = h_3_x - p_shoulder_tilt_dh_d * J_3_11
+    # link 1 (shoulder_pan): composite body: flow of its moments
+    t443 = p_shoulder_tilt_dh_d * l_4t_x
     # link 1 (shoulder_pan): Coriolis terms
-    C_1_n_z = K_3t_22 - t454 - ss_2 * K_2_d - sc_2 * K_2_p - p_shoulder_tilt_dh_d * l_4t_x
+    t446 = sc_2 * (K_3o_23 - t412 - 2.0 * (qd_2 * S_2_d)) + (ss_2 * (t432 + (t417 + t431)) + (t385 - t432))
     # link 2 (shoulder_tilt): second change of its axis
-    t477 = t145 * t227 - t144 * v_2r_x
+    t451 = t136 * t212 - t135 * v_2r_x
     # link 2 (shoulder_tilt): Coriolis terms
     C_2_f_y = l_4t_y - omega_2s_z * h_3b_y
-    t482 = omega_2s_x * h_4t_y
-    t484 = omega_2s_x * S_2_12
-    C_2_n_x = t484 + (K_3_12 - omega_2s_y * t428) - omega_2s_z * t432
-    t491 = omega_2s_y * S_2_12
-    t493 = s_4 * K_5t_32 - c_4 * K_5t_12 - p_boom_dh_a * l_5t_y
-    t497 = omega_2s_x * S_2_11 + (t493 + 2.0 * (qd_3 * h_3_x) - omega_2s_z * S_3_12)
-    t499 = t412 + t439
-    C_2_c_y = omega_2s_x * t428 + (t442 + t491)
+    t456 = omega_2s_x * h_4t_y
+    t458 = omega_2s_x * S_2_12
+    t462 = omega_2s_y * t405 + (p_boom_dh_a * l_4t_y + (K_4o_12 + t350))
+    C_2_n_x = t458 + t462 - omega_2s_z * t409
+    t467 = omega_2s_y * S_2_12
+    t470 = p_boom_dh_a * l_5t_y + (s_4 * t299 + c_4 * K_5t_12)
+    t473 = omega_2s_z * S_3_12 + t470 - omega_2s_x * S_2_11 - t467
+    C_2_n_y = t473 - 2.0 * (qd_3 * h_3_x)
+    t476 = t354 - t417
     # link 2 (shoulder_tilt): change with its position
     G_2_0 = w_2_xy * 2.0
-    G_2_1 = t155 + (w_2_zz - w_2_xx)
+    t485 = w_2_xx - w_2_zz - t145
     # link 3 (boom): Coriolis terms
-    C_3_f_y = J_3_11 * omega_2s_z
-    C_3_n_x = omega_2s_z * t396
-    t531 = omega_2s_x * t396
-    t535 = omega_2s_y * h_3_x
-    t540 = J_3_11 * t232 + (omega_2s_y * h_4t_y + (l_4t_x - t531))
+    t505 = J_3_11 * omega_3s_x
+    t506 = omega_3s_x * t382
+    t507 = omega_2s_x * t382
+    t515 = J_3_11 * t216 + (l_4t_x - t507) - 2.0 * (t136 * h_4t_y)
     # link 3 (boom): change with its position
-    t541 = J_3_11 * t154
+    t516 = J_3_11 * t144
     # link 4 (wrist_roll): Coriolis terms
-    t548 = omega_4s_z * h_5t_x
+    t523 = omega_4s_z * h_5t_x
     C_4_f_y = l_5t_x - J_4_y1 * omega_4s_z
     C_4_f_z = omega_4s_x * h_5t_x + J_4_y1 * omega_4s_y
-    t554 = omega_4s_x * S_5t_13
-    C_4_n_x = omega_4s_y * S_4_22 + (K_5t_21 + t554 - omega_4s_z * t320)
-    t562 = omega_4s_y * S_5t_13
-    C_4_n_y = K_5t_23 + omega_4s_z * S_5_b - omega_4s_x * S_4_11 - t562
-    C_4_c_x = omega_4s_y * S_4_11 + (K_5t_12 - t554 - v_4b_z * h_5t_x)
-    C_4_c_y = K_5t_32 + t562 - J_4_y1 * v_4b_z - omega_4s_x * S_4_22
-    t582 = v_4r_x * h_5t_x + (C_4_n_z + omega_4s_x * t320 - omega_4s_y * S_5_b)
-    C_4_c_z = J_4_y1 * v_4r_y + t582
+    t529 = omega_4s_x * S_5t_13
+    t534 = omega_4s_y * t306 + (omega_4s_z * t307 + (t292 - t529))
+    t537 = omega_4s_y * S_5t_13
+    C_4_n_y = K_5t_23 - omega_4s_z * t263 - omega_4s_x * S_4_11 - t537
+    C_4_c_x = omega_4s_y * S_4_11 + (K_5t_12 - t529 - v_4b_z * h_5t_x)
+    t550 = J_4_y1 * v_4b_z + (t299 - t537) - omega_4s_x * t306
+    t557 = K_5_a - omega_4s_x * t307 - omega_4s_y * t263 - v_4r_x * h_5t_x
+    t558 = t557 - J_4_y1 * v_4r_y
     # link 4 (wrist_roll): change with its position
-    G_4_0 = -2.0 * t177
-    G_4_1 = t184 + (w_4_zz - w_4_xx)
+    G_4_0 = -2.0 * t167
+    t561 = w_4_xx - w_4_zz - t173
     # link 5 (wrist_bend): Coriolis terms
     C_5_f_y = t85 * omega_5s_z
-    t607 = t85 * omega_5s_y
-    t611 = t82 * omega_5s_y + (K_6t_21 + t84 * omega_5s_z)
-    t614 = omega_5s_x * S_5_11 + omega_5s_z * S_6_b
-    t616 = K_6t_12 - omega_5s_y * S_5_11
-    C_5_c_y = t82 * omega_5s_x + t85 * v_4r_y
-    t624 = K_6_a - t84 * omega_5s_x - t85 * (s_5 * v_4r_x + c_5 * v_4b_z)
-    t625 = t624 - omega_5s_y * S_6_b
+    t581 = t85 * omega_5s_y
+    C_5_n_x = t82 * omega_5s_y + (t256 - t84 * omega_5s_z)
+    t588 = omega_5s_x * S_5_11 + omega_5s_z * S_6_b
+    t590 = K_6t_12 - omega_5s_y * S_5_11
+    t593 = t82 * omega_5s_x - t85 * v_4r_y
+    t598 = t85 * (s_5 * v_4r_x + c_5 * v_4b_z) + (t252 + t84 * omega_5s_x)
+    t599 = omega_5s_y * S_6_b + t598
     # link 5 (wrist_bend): change with its position
-    G_5_0 = -2.0 * t196
-    G_5_1 = t203 + (w_5_zz - w_5_xx)
-    t630 = F_5_y + t85 * G_5_1
+    G_5_0 = -2.0 * t185
+    t602 = w_5_xx - w_5_zz - t191
+    t604 = F_5_y - t85 * t602
     # link 6 (hand): Coriolis terms
     C_6_n_x = J_6_yy * omega_6s_y
-    t640 = J_6_xx * omega_6s_x
+    t614 = J_6_xx * omega_6s_x
     C_6_c_x = J_6_xx * omega_6s_y
-    t642 = J_6_yy * omega_6s_x
+    t616 = J_6_yy * omega_6s_x
     # link 6 (hand): change with its position
-    G_6_1 = t201 - 2.0 * w_6_xx
+    G_6_1 = t189 - 2.0 * (omega_6r_x * omega_6r_x)
     P_6_n_z = S_6_d * G_6_1
     # link 2 (shoulder_tilt): effort with joint 2
-    t647 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
-    t653 = p_shoulder_tilt_dh_d * (c_2 * (t416 + omega_2s_z * h_4t_y) + s_2 * C_2_f_y)
-    t655 = s_2 * C_2_n_x - c_2 * (t491 + t497) - t653
-    yc_2_2_y = c_2 * C_2_c_y - s_2 * (K_3t_12 + t484 - omega_2s_y * S_2_11)
+    t622 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
+    t628 = p_shoulder_tilt_dh_d * (c_2 * (t394 + omega_2s_z * h_4t_y) + s_2 * C_2_f_y)
+    t630 = s_2 * C_2_n_x + c_2 * C_2_n_y - t628
+    t633 = c_2 * (omega_2s_x * t405 + (K_2_23 - t467)) + s_2 * (K_3t_12 + t458 - omega_2s_y * S_2_11)
+    yc_2_2_y = -t633
     # link 3 (boom): effort with joint 3
-    t662 = C_3_n_x - q_3 * C_3_f_y
+    t637 = q_3 * t505
+    y1_3_3_b_z = t506 - t637
     # link 2 (shoulder_tilt): effort with joint 3
-    t667 = p_shoulder_tilt_dh_d * c_2
-    t669 = s_2 * (t531 - omega_2s_x * t417) - c_2 * (t482 - omega_2s_z * h_3_x)
-    y1_2_3_b_z = t669 - C_3_f_y * t667
-    t672 = s_2 * t540
+    t641 = p_shoulder_tilt_dh_d * c_2
+    t643 = s_2 * (t507 - omega_2s_x * t395) - c_2 * (t456 + omega_3s_x * h_3_x)
+    y1_2_3_b_z = t505 * t641 + t643
+    t647 = s_2 * t515
+    yc_2_3_y = -t647
     # link 4 (wrist_roll): effort with joint 4
-    y0_4_4_n_z = S_4_11 + S_4_22
-    t674 = t386 - y0_4_4_n_z
-    t680 = s_4 * t548 - c_4 * C_4_f_y
-    y1_4_4_b_z = C_4_n_z - p_boom_dh_a * t680
-    yc_4_4_y = s_4 * C_4_c_x + c_4 * C_4_c_y
+    y0_4_4_n_z = S_4_11 - t306
+    t650 = t372 - y0_4_4_n_z
+    t656 = s_4 * t523 - c_4 * C_4_f_y
+    t659 = s_4 * C_4_n_y + c_4 * t534
+    yc_4_4_y = s_4 * C_4_c_x - c_4 * t550
     # link 3 (boom): effort with joint 4
-    y0_3_4_b_z = t332 - q_3 * t338
-    t699 = c_4 * C_4_n_y + s_4 * C_4_n_x - p_boom_dh_a * C_4_f_z
-    y1_3_4_b_x = t699 - q_3 * (s_4 * C_4_f_y + c_4 * t548)
-    y1_3_4_b_z = s_4 * C_4_n_y - c_4 * C_4_n_x - q_3 * t680
+    y0_3_4_b_z = t319 - q_3 * t324
+    y1_3_4_b_x = c_4 * C_4_n_y - s_4 * t534 - p_boom_dh_a * C_4_f_z - q_3 * (s_4 * C_4_f_y + c_4 * t523)
+    t676 = q_3 * t656
+    y1_3_4_b_z = t659 - t676
     # link 2 (shoulder_tilt): effort with joint 4
-    t711 = p_shoulder_tilt_dh_d * (c_2 * t680 - s_2 * C_4_f_z)
-    y1_2_4_b_z = t711 + (c_2 * y1_4_4_b_z - s_2 * y1_3_4_b_x)
-    t716 = c_2 * C_4_c_z - s_2 * yc_4_4_y
+    t686 = p_shoulder_tilt_dh_d * (c_2 * t656 - s_2 * C_4_f_z)
+    t687 = c_2 * (K_5_a + p_boom_dh_a * t656) + s_2 * y1_3_4_b_x
+    t688 = t687 - t686
+    yc_2_4_y = c_2 * t558 + s_2 * yc_4_4_y
     # link 5 (wrist_bend): effort with joint 5
-    t717 = t82 - S_5_11
-    t718 = s_5 * C_5_f_y
+    t692 = t82 + S_5_11
+    t693 = s_5 * C_5_f_y
     y1_5_5_f_y = c_5 * C_5_f_y
-    y1_5_5_n_x = s_5 * t614 - c_5 * t611
-    t725 = s_5 * t611 + c_5 * t614
-    t730 = c_5 * t616 + s_5 * C_5_c_y
-    yc_5_5_y = c_5 * C_5_c_y - s_5 * t616
+    y1_5_5_n_x = s_5 * t588 + c_5 * C_5_n_x
+    y1_5_5_n_y = s_5 * C_5_n_x - c_5 * t588
+    t702 = s_5 * t604
+    t705 = c_5 * t590 - s_5 * t593
+    t708 = c_5 * t593 + s_5 * t590
     # link 4 (wrist_roll): effort with joint 5
     y0_4_5_f_x = c_4 * y0_5_5_f_x
     y0_4_5_f_y = s_4 * y0_5_5_f_x
     y0_4_5_b_z = S_5t_23 + p_boom_dh_a * y0_4_5_f_y
-    y1_4_5_f_x = s_4 * t607 - c_4 * t718
-    t748 = c_4 * t607 + s_4 * t718
-    y1_4_5_n_x = c_4 * y1_5_5_n_x + s_4 * K_6_a
-    y1_4_5_b_z = t725 - p_boom_dh_a * t748
-    t761 = c_4 * t625 + s_4 * t730
+    y1_4_5_f_x = s_4 * t581 - c_4 * t693
+    t723 = c_4 * t581 + s_4 * t693
+    t735 = c_4 * t599 - s_4 * t705
     # link 3 (boom): effort with joint 5
-    t765 = c_4 * t717 + s_4 * S_5t_13 - p_boom_dh_a * h_5t_x - q_3 * y0_4_5_f_x
-    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 - s_4 * t717)
-    t771 = p_boom_dh_a * y1_5_5_f_y + (s_4 * y1_5_5_n_x - c_4 * K_6_a)
-    y1_3_5_b_x = q_3 * y1_4_5_f_x + t771
-    t774 = y1_4_5_n_x + q_3 * t748
+    t738 = p_boom_dh_a * h_5t_x + (c_4 * t692 - s_4 * S_5t_13)
+    t739 = q_3 * y0_4_5_f_x + t738
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 + s_4 * t692)
+    t745 = p_boom_dh_a * y1_5_5_f_y + (s_4 * y1_5_5_n_x + c_4 * t252)
+    y1_3_5_b_x = q_3 * y1_4_5_f_x + t745
+    t749 = q_3 * t723 + (c_4 * y1_5_5_n_x - s_4 * t252)
     # link 2 (shoulder_tilt): effort with joint 5
     y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
-    y0_2_5_b_z = c_2 * y0_4_5_b_z + s_2 * t765 - p_shoulder_tilt_dh_d * y0_2_5_f_x
-    t788 = p_shoulder_tilt_dh_d * (c_2 * t748 + s_2 * y1_5_5_f_y)
-    t790 = s_2 * y1_3_5_b_x - c_2 * y1_4_5_b_z - t788
-    t793 = s_2 * t761 - c_2 * yc_5_5_y
+    y0_2_5_b_z = c_2 * y0_4_5_b_z - s_2 * t739 - p_shoulder_tilt_dh_d * y0_2_5_f_x
+    t763 = p_shoulder_tilt_dh_d * (c_2 * t723 + s_2 * y1_5_5_f_y)
+    t764 = s_2 * y1_3_5_b_x + c_2 * (y1_5_5_n_y + p_boom_dh_a * t723)
+    t765 = t764 - t763
+    yc_2_5_y = s_2 * t735 - c_2 * t708
     # link 6 (hand): effort with joint 6
-    y1_6_6_n_x = c_6 * C_6_n_x + s_6 * t640
-    t799 = c_6 * t640 - s_6 * C_6_n_x
-    yc_6_6_x = c_6 * C_6_c_x + s_6 * t642
-    yc_6_6_y = s_6 * C_6_c_x - c_6 * t642
+    y1_6_6_n_x = c_6 * C_6_n_x + s_6 * t614
+    t774 = c_6 * t614 - s_6 * C_6_n_x
+    yc_6_6_x = c_6 * C_6_c_x + s_6 * t616
+    yc_6_6_y = s_6 * C_6_c_x - c_6 * t616
     # link 5 (wrist_bend): effort with joint 6
     y0_5_6_n_x = s_5 * y0_6_6_n_z
-    t807 = c_5 * y0_6_6_n_z
+    t782 = c_5 * y0_6_6_n_z
     y1_5_6_n_x = c_5 * y1_6_6_n_x
     y1_5_6_n_y = s_5 * y1_6_6_n_x
     yc_5_6_x = c_5 * yc_6_6_x
@@ -10416,407 +12610,399 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     # link 4 (wrist_roll): effort with joint 6
     y0_4_6_n_x = c_4 * y0_5_6_n_x
     y0_4_6_n_y = s_4 * y0_5_6_n_x
-    y1_4_6_n_x = s_4 * t799 + c_4 * y1_5_6_n_x
-    y1_4_6_n_y = s_4 * y1_5_6_n_x - c_4 * t799
+    y1_4_6_n_x = s_4 * t774 + c_4 * y1_5_6_n_x
+    y1_4_6_n_y = s_4 * y1_5_6_n_x - c_4 * t774
     yc_4_6_y = c_4 * yc_6_6_y + s_4 * yc_5_6_x
     # link 2 (shoulder_tilt): effort with joint 6
     y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
     yc_2_6_y = s_2 * yc_4_6_y + c_2 * yc_5_6_y
     # link 4 (wrist_roll): gravity
-    t835 = s_4 * t147
-    t840 = c_2 * t807 - s_2 * y0_4_6_n_y
-    t841 = qd_3 * 0.5
-    t843 = qd_6 * 0.5
-    t845 = qd_4 * 0.5
-    t847 = qd_2 * 0.5
-    t849 = qd_5 * 0.5
-    t858 = qd_1 * 0.5
-    t867 = J_3_11 * v_3b_x + (l_4t_y - C_3_n_x) - t535 - J_3_11 * v_2r_x
-    t868 = t535 + t867
-    t882 = s_4 * C_4_c_y - c_4 * C_4_c_x + (t227 * t338 + (t491 - omega_2s_x * t674))
-    t884 = t482 + omega_2s_z * t338
-    t907 = omega_2s_x * y0_4_5_b_z + (c_4 * t730 - s_4 * t625)
-    t910 = v_2r_x * h_5t_x - (t907 - t227 * y0_4_5_f_y - omega_2s_y * t765)
-    t913 = omega_2s_z * y0_4_5_f_y + omega_2s_x * y0_4_5_f_x
-    t918 = omega_4s_x * t717 - (t562 + yc_5_5_y - v_4r_y * y0_5_5_f_x)
-    t936 = omega_2s_y * y0_4_6_n_y + (s_4 * yc_6_6_y - c_4 * yc_5_6_x)
-    t937 = omega_2s_x * t807 + t936
-    t939 = yc_5_6_y - omega_4s_y * y0_5_6_n_x
-    t941 = yc_6_6_y + y0_6_6_n_z * omega_5s_x
+    t810 = s_4 * t138
+    t815 = c_2 * t782 - s_2 * y0_4_6_n_y
+    t816 = qd_3 * 0.5
+    t818 = qd_6 * 0.5
+    t820 = qd_4 * 0.5
+    t822 = qd_2 * 0.5
+    t824 = qd_5 * 0.5
+    t831 = qd_1 * 0.5
+    t838 = J_3_11 * t215 + (l_4t_y + t506)
+    t851 = t467 - s_4 * t550 - c_4 * C_4_c_x - omega_2s_x * t650
+    t852 = t212 * t324 + t851
+    t855 = t456 - omega_3s_x * t324
+    t877 = omega_2s_x * y0_4_5_b_z + (c_4 * t705 + s_4 * t599)
+    t880 = omega_2s_y * t739 + (t877 - t212 * y0_4_5_f_y - v_2r_x * h_5t_x)
+    t881 = -t880
+    t884 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t889 = omega_4s_x * t692 + (t537 - t708 - v_4r_y * y0_5_5_f_x)
+    t906 = omega_2s_y * y0_4_6_n_y + (s_4 * yc_6_6_y - c_4 * yc_5_6_x)
+    t907 = omega_2s_x * t782 + t906
+    t909 = yc_5_6_y - omega_4s_y * y0_5_6_n_x
+    t911 = yc_6_6_y + y0_6_6_n_z * omega_5s_x
     # effort less bias force
-    t951 = u_5 + t799 * t843 - t845 * t918 + 0.5 * (qd_5 * K_6_a)
-    t953 = t85 * (c_5 * t835 + s_5 * t148) + t951 - t793 * t858
-    t955 = t847 * t910 + (t953 - t841 * t913)
-    t958 = t845 * t939 + (yc_2_6_y * t858 + (u_6 - t849 * t941))
-    t959 = t958 - t847 * t937
+    t921 = t85 * (c_5 * t810 + s_5 * t139) + (t820 * t889 + (u_5 + t774 * t818))
+    t924 = t816 * t884 + (yc_2_5_y * t831 + t921) - t822 * t880
+    t926 = t924 - 0.5 * (qd_5 * t252)
+    t929 = t820 * t909 + (yc_2_6_y * t831 + (u_6 - t824 * t911))
+    t930 = t929 - t822 * t907
     # solve: L D L^T
-    t961 = 1.0 / (p_hand_added_inertia_inertia + y0_6_6_n_z)
-    t962 = t840 * t961
-    t963 = y0_4_6_n_x * t961
-    t964 = t807 * t961
-    t971 = 1.0 / (t717 - p_wrist_bend_added_inertia_inertia)
-    t972 = y0_2_5_b_z * t971
-    t973 = y0_3_5_b_z * t971
-    t974 = h_5t_x * t971
-    t975 = S_5t_23 * t971
-    t985 = t840 * t964 + (s_2 * S_2_12 + c_2 * t674 - t338 * t667)
-    t986 = t985 - y0_2_5_b_z * t975
-    t989 = y0_3_5_b_z * t975 + (y0_3_4_b_z + y0_4_6_n_x * t964)
-    t990 = h_5t_x * t975
-    t993 = p_wrist_roll_added_inertia_inertia + y0_4_4_n_z - t807 * t964
-    t995 = 1.0 / (S_5t_23 * t975 + t993)
-    t996 = t986 * t995
-    t997 = t989 * t995
-    t998 = t990 * t995
-    t1005 = s_2 * h_3_x - s_2 * t466 - y0_2_5_b_z * t974 - t986 * t998
-    t1008 = h_4t_y + y0_3_5_b_z * t974 - t989 * t998
-    t1011 = h_5t_x * t974 + (p_boom_added_inertia_inertia + J_3_11)
-    t1013 = 1.0 / (t1011 - t990 * t998)
-    t1014 = t1005 * t1013
-    t1015 = t1008 * t1013
-    t1021 = c_2 * t432 + s_2 * S_3_12 - t647 - t840 * t963 - y0_2_5_b_z * t973
-    t1023 = t1021 - t986 * t997 - t1005 * t1015
-    t1026 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 - t428)
-    t1029 = y0_3_5_b_z * t973 + (t1026 - y0_4_6_n_x * t963) - t989 * t997
-    t1031 = 1.0 / (t1029 - t1008 * t1015)
-    t1032 = t1023 * t1031
-    t1035 = p_shoulder_tilt_com_y * J_2_z1 + (J_4_11 * t107 + p_boom_mass * t107)
-    t1037 = p_shoulder_tilt_dh_d * t138 + (p_shoulder_pan_inertia_yy + t1035)
-    t1040 = S_3_11 + (t142 + (p_shoulder_tilt_dh_d * J_2_z1 + t1037))
-    t1044 = S_2_11 + t1040 - ss_2 * S_2_d - sc_2 * S_2_p - p_shoulder_tilt_dh_d * (h_3_x - t466)
-    t1046 = p_shoulder_pan_added_inertia_inertia + (t1044 - p_shoulder_tilt_dh_d * h_3_x)
-    t1049 = y0_2_5_b_z * t972 + (t1046 - t840 * t962) - t986 * t996
-    t1053 = t129 + (t126 + (t1049 - t1005 * t1014 - t1023 * t1032))
-    t1064 = t841 * t884 + (u_4 + t147 * t337) - t716 * t858 - J_4_y1 * t835
-    t1067 = y1_5_6_n_y * t843 + (t1064 - 0.5 * (qd_4 * C_4_n_z))
-    t1071 = t955 * t975 + (t1067 - t725 * t849 - t847 * t882 - t959 * t964)
-    t1079 = t847 * t868 + (u_3 - t672 * t858) - J_3_11 * t148 - 0.5 * (qd_4 * C_4_f_z)
-    t1082 = t998 * t1071 + (y1_5_5_f_y * t849 + t1079 - t955 * t974)
-    t1087 = t774 * t849 + (u_2 + t662 * t841) - y1_3_4_b_z * t845
-    t1091 = y1_4_6_n_x * t843 + (t1087 + 0.5 * (qd_2 * t499) - t147 * h_3b_y)
-    t1094 = t959 * t963 + (t148 * h_4t_y + (yc_2_2_y * t858 + t1091))
-    t1097 = t1015 * t1082 + (t955 * t973 + t1094 - t997 * t1071)
-    t1101 = y1_2_6_n_y * t843 + (u_1 - y1_2_3_b_z * t841) - y1_2_4_b_z * t845
-    t1105 = t790 * t849 + (t655 * t847 + t1101) - 0.5 * (qd_1 * C_1_n_z)
-    t1108 = t996 * t1071 + (t955 * t972 + (t1105 - t959 * t962))
-    t1111 = 1.0 / t1053
-    t1112 = (t1032 * t1097 + (t1108 - t1014 * t1082)) * t1111
-    t1119 = t1031 * t1097 + t1032 * t1112
-    t1123 = t1015 * t1119 + (t1013 * t1082 - t1014 * t1112)
-    t1129 = t998 * t1123 + (t995 * t1071 + t996 * t1112 - t997 * t1119)
+    t932 = 1.0 / (p_hand_added_inertia_inertia + y0_6_6_n_z)
+    t933 = t815 * t932
+    t934 = y0_4_6_n_x * t932
+    t935 = -t934
+    t936 = t782 * t932
+    t943 = 1.0 / (p_wrist_bend_added_inertia_inertia + t692)
+    t944 = y0_2_5_b_z * t943
+    t945 = y0_3_5_b_z * t943
+    t946 = h_5t_x * t943
+    t947 = -t946
+    t948 = S_5t_23 * t943
+    t958 = t815 * t936 + (s_2 * S_2_12 + c_2 * t650 - t324 * t641)
+    t959 = y0_2_5_b_z * t948 + t958
+    t962 = y0_3_4_b_z + y0_4_6_n_x * t936 - y0_3_5_b_z * t948
+    t963 = h_5t_x * t948
+    t966 = p_wrist_roll_added_inertia_inertia + y0_4_4_n_z - t782 * t936
+    t968 = 1.0 / (t966 - S_5t_23 * t948)
+    t969 = t959 * t968
+    t970 = -t969
+    t971 = t962 * t968
+    t972 = t963 * t968
+    t979 = s_2 * t442 + (y0_2_5_b_z * t946 + t959 * t972)
+    t982 = t962 * t972 + (h_4t_y - y0_3_5_b_z * t946)
+    t985 = p_boom_added_inertia_inertia + J_3_11 - h_5t_x * t946
+    t987 = 1.0 / (t985 - t963 * t972)
+    t988 = t979 * t987
+    t989 = t982 * t987
+    t990 = -t989
+    t996 = y0_2_5_b_z * t945 + (c_2 * t409 + s_2 * S_3_12 - t622 - t815 * t934)
+    t998 = t996 - t959 * t971 - t979 * t989
+    t1001 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 + t405)
+    t1004 = t1001 - y0_4_6_n_x * t934 - y0_3_5_b_z * t945 - t962 * t971
+    t1006 = 1.0 / (t1004 - t982 * t989)
+    t1007 = t998 * t1006
+    t1008 = -t1007
+    t1013 = p_shoulder_tilt_mass * p_shoulder_tilt_dh_d + J_2_z1 * 2.0
+    t1018 = p_shoulder_tilt_com_y * J_2_z1 + (p_shoulder_pan_inertia_yy + t123)
+    t1023 = S_2_11 + (S_3_11 + (t133 + t1018)) - ss_2 * S_2_d - sc_2 * S_2_p
+    t1025 = p_shoulder_pan_added_inertia_inertia + t1023 - t815 * t933
+    t1028 = t1025 - y0_2_5_b_z * t944 - t959 * t969 - t979 * t988
+    t1030 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t1028 - t998 * t1007)
+    t1031 = p_shoulder_tilt_dh_d * (t1013 - h_3_x - t442) + t1030
+    t1043 = yc_2_4_y * t831 + (t816 * t855 + (u_4 + t138 * t323))
+    t1046 = y1_5_5_n_y * t824 + (y1_5_6_n_y * t818 + (t1043 - J_4_y1 * t810))
+    t1051 = t1046 - t822 * t852 - t930 * t936 - t926 * t948 + 0.5 * (qd_4 * K_5_a)
+    t1059 = y1_5_5_f_y * t824 + (t822 * t838 + (u_3 - t647 * t831) - J_3_11 * t139)
+    t1063 = t926 * t946 + t1059 - t972 * t1051 - 0.5 * (qd_4 * C_4_f_z)
+    t1069 = t749 * t824 + (u_2 - y1_3_3_b_z * t816) - y1_3_4_b_z * t820
+    t1072 = y1_4_6_n_x * t818 + (t1069 - t138 * h_3b_y) - t633 * t831
+    t1075 = t930 * t934 + (t139 * h_4t_y + t1072) - t926 * t945
+    t1079 = t989 * t1063 + (t1075 - t971 * t1051) + 0.5 * (qd_2 * t476)
+    t1084 = t688 * t820 + (y1_2_6_n_y * t818 + (u_1 - y1_2_3_b_z * t816))
+    t1088 = t765 * t824 + (t630 * t822 + t1084) - t930 * t933 - t926 * t944
+    t1091 = t1007 * t1079 + (t969 * t1051 + t1088 - t988 * t1063)
+    t1094 = 1.0 / (t118 + t1031)
+    t1095 = (t1091 - 0.5 * (qd_1 * (t446 - t443))) * t1094
+    t1102 = t1006 * t1079 + t1007 * t1095
+    t1106 = t989 * t1102 + (t987 * t1063 - t988 * t1095)
+    t1112 = t968 * t1051 + t969 * t1095 - t971 * t1102 - t972 * t1106
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    t1137 = c_2 * t1112
-    t1138 = s_2 * t1112
+    t1120 = c_2 * t1095
+    t1121 = s_2 * t1095
     # link 2 (shoulder_tilt): acceleration of its joint
-    t1139 = p_shoulder_tilt_dh_d * t1112
+    t1122 = p_shoulder_tilt_dh_d * t1095
     # link 2 (shoulder_tilt): acceleration
-    t1141 = t147 + c_2 * t1139
-    t1143 = t148 - s_2 * t1139
+    t1124 = t138 + c_2 * t1122
+    t1126 = t139 - s_2 * t1122
     # link 2 (shoulder_tilt): angular acceleration
-    t1144 = t150 - t1137
+    t1127 = t141 - t1120
     # link 2 (shoulder_tilt): acceleration field U
-    t1145 = w_2_xy - t1119
-    t1146 = t150 + t1144
-    t1147 = qd_2 * t145 * 2.0
-    t1148 = t1138 + t1147
+    t1128 = w_2_xy - t1102
+    t1129 = t141 + t1127
+    t1132 = t1121 + 2.0 * (qd_2 * t136)
     # link 3 (boom): acceleration of its frame
-    t1155 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * omega_2s_x - q_3 * t1148
-    t1157 = qd_3 * omega_2s_z - t1141 - q_3 * t1145
-    t1159 = q_3 * t154 - t1123 - t1143
-    # link 3 (boom): acceleration field U
-    t1160 = t1147 - t1148
-    # link 4 (wrist_roll): acceleration field U along the axis
-    t1173 = s_4 * t1145 + c_4 * t1148
-    t1176 = c_4 * t1145 - s_4 * t1148
-    # link 4 (wrist_roll): acceleration of its joint
-    t1177 = p_boom_dh_a * U_3_xx + t1155
-    t1179 = t1157 + p_boom_dh_a * t1137
-    t1181 = t1159 + p_boom_dh_a * t1160
-    # link 4 (wrist_roll): acceleration
-    t1184 = s_4 * t1179 + c_4 * t1177
-    t1187 = c_4 * t1179 - s_4 * t1177
-    # link 4 (wrist_roll): angular acceleration
-    t1188 = t178 - t1173
-    t1189 = t1129 - t1144
-    # link 4 (wrist_roll): acceleration field U
-    t1190 = t177 + t1189
-    t1191 = t178 + t1188
-    t1193 = t1176 + 2.0 * w_4_yz
-    # link 5 (wrist_bend): acceleration field U along the axis
-    t1205 = s_5 * t1193 + c_5 * t1190
-    t1208 = c_5 * t1193 - s_5 * t1190
-    # link 5 (wrist_bend): angular acceleration
-    t1215 = t197 - t1205
-    t1218 = t974 * t1123 + (t955 * t971 - t972 * t1112 - t973 * t1119)
-    t1220 = t1218 - t975 * t1129 - t1188
-    # link 5 (wrist_bend): acceleration field U
-    t1221 = t196 - t1220
-    t1222 = t197 + t1215
-    t1224 = t1208 + 2.0 * w_5_yz
-    # link 5 (wrist_bend): Newton, inertial force
-    t1225 = t85 * t1221
-    # link 6 (hand): angular acceleration
-    t1240 = t963 * t1119 + (t959 * t961 - t962 * t1112) - t964 * t1129
-    # link 6 (hand): acceleration field U
-    t1244 = s_6 * t1224 + 2.0 * w_6_xz - c_6 * t1221
-    t1247 = s_6 * t1221 + (c_6 * t1224 + 2.0 * w_6_yz)
-    # link 6 (hand): Euler, inertial moment
-    t1248 = J_6_yy * t1247
-    t1249 = J_6_xx * t1244
-    # link 5 (wrist_bend): moment from link 4
-    t1257 = s_6 * t1249 + (t84 * t203 - t82 * t1224 - t85 * t1187)
-    t1258 = c_6 * t1248 + t1257
-    t1260 = t75 * t1222 + (S_6_d * (omega_6r_x * omega_6r_y) - t84 * t1221)
-    t1261 = y0_6_6_n_z * (t1240 - t1215) + t1260
-    # link 4 (wrist_roll): force from link 3
-    t1269 = s_5 * F_5_y + J_4_y1 * t1190 - c_5 * t1225
-    t1270 = J_4_y1 * t182 + t85 * t1224
-    t1272 = s_5 * t1225 + (c_5 * F_5_y - J_4_y1 * t1193)
-    # link 4 (wrist_roll): moment from link 3
-    t1275 = s_5 * t1261 + (J_4_yy * t1193 + (t100 * t184 - J_4_y1 * t1181))
-    t1276 = c_5 * t1258 + t1275
-    t1278 = t100 * t1190 + (t196 * (t75 - t82) + J_4_xx * t1191)
-    t1280 = t85 * (s_5 * t1181 + c_5 * t1184) + (t1278 - t84 * t1205)
-    t1283 = s_6 * t1248 + ((t75 + t82) * t1220 + t1280 - c_6 * t1249)
-    # link 4 (wrist_roll): force, before its turn
-    t1288 = s_4 * t1269 + c_4 * t1270
-    # link 3 (boom): force from link 2
-    t1295 = t119 * t1148 + (J_3_x1 * U_3_xx + J_3_11 * t1155) - c_4 * t1269
-    t1296 = s_4 * t1270 + t1295
-    t1299 = J_3_11 * t1157 + (t119 * t1145 + J_3_x1 * t1137) - t1288
+    t1137 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * omega_2s_x - q_3 * t1132
+    t1139 = qd_3 * omega_2s_z - t1124 - q_3 * t1128
     # link 2 (shoulder_tilt): change with its position
-    t1305 = h_3b_y * G_2_1 + (t119 * t154 + h_4t_y * G_2_0) - t144 * l_4t_x
-    t1309 = t1305 - J_3_x1 * t1160 - J_3_11 * t1159 - t1272 - h_3_x * t1138
-    t1313 = h_3_x * t1137 - J_3_11 * t1141
-    t1316 = h_3b_y * G_2_0 + t145 * l_4t_x - h_4t_y * G_2_1 - t1299
-    t1318 = h_4t_y * t1148
-    t1324 = t432 * G_2_0 + (t177 * (J_4_xx - J_4_yy) + t145 * (K_3t_22 - t439))
-    t1327 = J_2_xx * t1146 + (t144 * K_2_21 + (t1324 - S_3_12 * G_2_1))
-    t1330 = t1327 - t114 * t1145 - J_3_x1 * t1157 - (J_4_xx + J_4_yy) * t1189
-    t1333 = J_4_y1 * t1184 + (t100 * t1173 + t1330) - c_5 * t1261
-    t1336 = p_boom_dh_a * t1288 + (s_5 * t1258 + t1333) - h_3_x * t1141
-    t1339 = S_3_11 * t1137 + (S_2_12 * t1148 + (t428 * t1146 + t1336))
-    t1345 = t145 * t409 + (t114 * t155 - t144 * (t412 - K_3t_22))
-    t1348 = t134 * t1148 + (t1345 - S_3_12 * G_2_0 - t432 * G_2_1)
-    t1351 = s_4 * t1276 + (J_3_x1 * t1159 + (t1348 - t119 * t1155))
-    t1354 = q_3 * t1296 + (p_boom_dh_a * t1272 + (c_4 * t1283 + t1351))
-    t1357 = S_2_11 * t1148 + (h_3_x * t1143 + t1354 - S_2_12 * t1146)
+    t1140 = q_3 * t144 - t1106
+    # link 3 (boom): acceleration of its frame
+    t1141 = t1126 - t1140
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t1152 = s_4 * t1128 + c_4 * t1132
+    t1155 = c_4 * t1128 - s_4 * t1132
+    # link 4 (wrist_roll): acceleration of its joint
+    t1156 = p_boom_dh_a * U_3_xx + t1137
+    t1158 = t1139 + p_boom_dh_a * t1120
+    t1160 = t1141 + p_boom_dh_a * t1121
+    # link 4 (wrist_roll): acceleration
+    t1163 = s_4 * t1158 + c_4 * t1156
+    t1166 = c_4 * t1158 - s_4 * t1156
+    # link 4 (wrist_roll): angular acceleration
+    t1167 = t168 - t1152
+    t1168 = t1112 - t1127
+    # link 4 (wrist_roll): acceleration field U
+    t1169 = t167 + t1168
+    t1170 = t168 + t1167
+    t1173 = t1155 + 2.0 * (omega_4r_y * omega_4_z)
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t1185 = s_5 * t1173 + c_5 * t1169
+    t1188 = c_5 * t1173 - s_5 * t1169
+    # link 5 (wrist_bend): angular acceleration
+    t1195 = t186 - t1185
+    t1198 = t946 * t1106 + (t926 * t943 - t944 * t1095 - t945 * t1102)
+    t1200 = t1167 + (t1198 - t948 * t1112)
+    # link 5 (wrist_bend): acceleration field U
+    t1201 = t185 + t1200
+    t1202 = t186 + t1195
+    t1205 = t1188 + 2.0 * (omega_5r_y * omega_5_z)
+    # link 5 (wrist_bend): Newton, inertial force
+    t1206 = t85 * t1201
+    # link 6 (hand): angular acceleration
+    t1221 = t934 * t1102 + (t930 * t932 - t933 * t1095) - t936 * t1112
+    # link 6 (hand): acceleration field U
+    t1226 = s_6 * t1205 - c_6 * t1201 + 2.0 * (omega_6r_x * omega_6_z)
+    t1230 = c_6 * t1205 + s_6 * t1201 + 2.0 * (omega_6r_y * omega_6_z)
+    # link 6 (hand): Euler, inertial moment
+    t1231 = J_6_yy * t1230
+    t1232 = J_6_xx * t1226
+    # link 5 (wrist_bend): moment from link 4
+    t1240 = s_6 * t1232 + (t84 * t191 + t82 * t1205 - t85 * t1166)
+    t1241 = c_6 * t1231 + t1240
+    t1243 = S_6_d * (omega_6r_x * omega_6r_y) - t84 * t1201 - t75 * t1202
+    t1244 = y0_6_6_n_z * (t1221 - t1195) + t1243
+    # link 4 (wrist_roll): force from link 3
+    t1252 = s_5 * F_5_y + J_4_y1 * t1169 - c_5 * t1206
+    t1253 = J_4_y1 * t171 + t85 * t1205
+    t1255 = s_5 * t1206 + (c_5 * F_5_y - J_4_y1 * t1173)
+    # link 4 (wrist_roll): moment from link 3
+    t1258 = s_5 * t1244 + (t100 * t173 + J_4_y1 * t1160 - t98 * t1173)
+    t1259 = c_5 * t1241 + t1258
+    t1262 = t84 * t1185 + (t185 * (t75 - t82) - J_4_xx * t1170 - t100 * t1169)
+    t1264 = t85 * (s_5 * t1160 - c_5 * t1163) + t1262 - (t75 + t82) * t1200
+    t1266 = c_6 * t1232 + t1264 - s_6 * t1231
+    # link 4 (wrist_roll): force, before its turn
+    t1271 = s_4 * t1252 + c_4 * t1253
+    # link 3 (boom): force from link 2
+    t1278 = t113 * t1132 + (J_3_x1 * U_3_xx + J_3_11 * t1137) - c_4 * t1252
+    t1279 = s_4 * t1253 + t1278
+    t1282 = J_3_11 * t1139 + (t113 * t1128 + J_3_x1 * t1120) - t1271
+    # link 2 (shoulder_tilt): change with its position
+    t1288 = t113 * t144 + h_4t_y * G_2_0 - h_3b_y * t485 - t135 * l_4t_x
+    t1294 = h_3_x * t1120 - J_3_11 * t1124
+    t1297 = h_4t_y * t485 + (h_3b_y * G_2_0 + t136 * l_4t_x) - t1282
+    t1299 = h_4t_y * t1132
+    t1306 = t409 * G_2_0 + (t167 * (J_4_xx + t98) + t136 * (t385 + t417))
+    t1309 = t135 * t412 + (S_3_12 * t485 + t1306) - t108 * t1128
+    t1312 = t100 * t1152 + (t1309 - J_3_x1 * t1139 - (J_4_xx - t98) * t1168)
+    t1315 = s_5 * t1241 + (J_4_y1 * t1163 + t1312 - c_5 * t1244)
+    t1318 = S_2_12 * t1132 + (p_boom_dh_a * t1271 + t1315 - h_3_x * t1124)
+    t1327 = t108 * t145 - t135 * (t354 - t385) - t136 * K_3o_23
+    t1330 = t409 * t485 + (t1327 - S_3_12 * G_2_0) - t113 * t1137
+    t1333 = s_4 * t1259 + (t1330 - J_3_x1 * t1141) - c_4 * t1266
+    t1336 = h_3_x * t1126 + (q_3 * t1279 + (p_boom_dh_a * t1255 + t1333))
+    t1339 = S_3_11 * t1121 + (t1336 - S_2_12 * t1129) - t1132 * (t128 - S_2_11)
     # link 3 (boom): change with its position
-    t1363 = J_3_11 * t1145
+    t1344 = J_3_11 * t1128
     # link 4 (wrist_roll): change with its position
-    t1372 = t1270 + (h_5t_x * G_4_0 + J_4_y1 * G_4_1 - t171 * l_5t_y)
-    t1373 = t1372 - y0_5_5_f_x * t1176
-    t1376 = omega_4r_y * l_5t_y + h_5t_x * G_4_1 - J_4_y1 * G_4_0
-    t1378 = y0_5_5_f_x * t1173 + (t1376 - t1269)
-    t1382 = J_4_y1 * t1191 - (t171 * l_5t_x - h_5t_x * t1193)
-    t1389 = S_5_b * G_4_1 + (t171 * t309 + omega_4r_y * t302) - t320 * G_4_0
-    t1392 = t280 * t1173 + (y0_5_5_f_x * t1184 + (t1389 - t1283))
-    t1394 = S_4_22 * t1191 + (S_5t_13 * t1193 + t1392)
-    t1400 = omega_4r_y * K_5t_13 + (t171 * K_6_a + t320 * G_4_1)
-    t1404 = S_4_11 * t1193 + (S_5_b * G_4_0 + t1400 - t1276) - t280 * t1176
-    t1406 = S_5t_13 * t1191 + t1404 - y0_5_5_f_x * t1187
-    t1413 = omega_4r_y * K_5t_12 + (S_4_d * G_4_1 - 2.0 * (S_5t_13 * G_4_0))
-    t1416 = t1413 - S_5_b * t1173 - h_5t_x * t1184 - t320 * t1176
+    t1352 = t1253 + (h_5t_x * G_4_0 - J_4_y1 * t561 - t161 * l_5t_y)
+    t1353 = t1352 - y0_5_5_f_x * t1155
+    t1356 = omega_4r_y * l_5t_y - h_5t_x * t561 - J_4_y1 * G_4_0
+    t1358 = y0_5_5_f_x * t1152 + (t1356 - t1252)
+    t1359 = J_4_y1 * t1170
+    t1361 = t161 * l_5t_x - h_5t_x * t1173
+    t1362 = t1359 - t1361
+    t1369 = t263 * t561 + (t161 * t296 - omega_4r_y * t289) - t307 * G_4_0
+    t1372 = y0_5_5_f_x * t1163 + (t1266 + t1369) - t267 * t1152
+    t1374 = S_5t_13 * t1173 + t1372 - t306 * t1170
+    t1381 = t263 * G_4_0 + (t161 * t252 + t307 * t561 - omega_4r_y * K_5t_13)
+    t1385 = t1259 + t1381 - S_4_11 * t1173 - t267 * t1155 - S_5t_13 * t1170
+    t1386 = y0_5_5_f_x * t1166 + t1385
     # link 5 (wrist_bend): change with its position
-    t1418 = t85 * G_5_0 + t1225
-    t1419 = t85 * t1222
-    t1424 = t84 * G_5_0 + S_6_b * G_5_1 - omega_5r_y * K_6_a - t1261
-    t1426 = t82 * t1222 + (S_6t_22 * t1205 + t1424)
-    t1431 = t1258 + (S_6_b * G_5_0 - t84 * G_5_1) - S_5_11 * t1224
-    t1432 = t1431 - S_6t_22 * t1208
-    t1437 = S_5_d * G_5_1 - omega_5r_y * K_6t_12 - t85 * (s_5 * t1184 - c_5 * t1181)
-    t1439 = t84 * t1208 - (S_6_b * t1205 + t1437)
+    t1391 = t85 * G_5_0 + t1206
+    t1392 = t85 * t1202
+    t1397 = omega_5r_y * t252 + (t84 * G_5_0 - S_6_b * t602) - t1244
+    t1399 = S_6t_22 * t1185 + t1397 - t82 * t1202
+    t1404 = t1241 + (S_6_b * G_5_0 + t84 * t602) - S_5_11 * t1205
+    t1405 = t1404 - S_6t_22 * t1188
+    t1410 = t261 * t602 - omega_5r_y * K_6t_12 - t85 * (s_5 * t1163 + c_5 * t1160)
+    t1412 = t84 * t1188 - (S_6_b * t1185 + t1410)
     # link 6 (hand): change with its position
-    t1441 = t1249 - J_6_yy * t1244
-    t1443 = t1248 - J_6_xx * t1247
+    t1414 = t1232 - J_6_yy * t1226
+    t1416 = t1231 - J_6_xx * t1230
     # link 2 (shoulder_tilt): effort with joint 2
-    t1446 = c_2 * (t1309 - J_3_11 * t1143) + s_2 * (t1313 + t1316)
-    # link 3 (boom): effort with joint 3
-    t1453 = t396 * t1148 + (t154 * h_3_x + t1296) - t417 * t1148
+    t1417 = c_2 * (t324 * t1121 + (t1288 - t1255) - J_3_11 * t1140)
+    t1421 = s_2 * (t1129 * (J_2_xx - t405) + (S_3_11 * t1120 + t1318))
+    t1422 = p_shoulder_tilt_dh_d * (t1417 + s_2 * (t1294 + t1297))
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1434 = s_2 * (h_3b_y * t1132 + (t144 * h_3_x + t1279)) - c_2 * (t1299 - h_3_x * t1128)
+    t1435 = t1434 - p_shoulder_tilt_dh_d * (s_2 * t516 + c_2 * t1344)
     # link 4 (wrist_roll): effort with joint 4
-    t1465 = s_4 * t1373 + c_4 * t1378
-    t1472 = t171 * K_5t_32 + (t1416 - J_4_y1 * t1187)
+    t1441 = s_4 * t1353 + c_4 * t1358
+    t1450 = t161 * t299 + (S_4_d * t561 - omega_4r_y * K_5t_12)
+    t1453 = t307 * t1155 + (h_5t_x * t1163 + (t1450 - t263 * t1152))
+    t1457 = J_4_y1 * t1166 + t1453 - t167 * S_5t_13 * 4.0
     # link 3 (boom): effort with joint 4
-    t1477 = q_3 * (c_4 * t1373 - s_4 * t1378) + (s_4 * t1394 - c_4 * t1406 - p_boom_dh_a * t1382)
+    t1462 = q_3 * (c_4 * t1353 - s_4 * t1358) + (s_4 * t1374 + c_4 * t1386 - p_boom_dh_a * t1362)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1471 = p_shoulder_tilt_dh_d * (c_2 * t1441 + s_2 * t1362) + (s_2 * t1462 - c_2 * (p_boom_dh_a * t1441 - t1457))
     # link 5 (wrist_bend): effort with joint 5
-    t1486 = c_5 * t630 + s_5 * t1418
-    t1488 = s_5 * t630 - c_5 * t1418
-    t1491 = s_5 * t1432 + c_5 * t1426
-    t1494 = s_5 * t1426 - c_5 * t1432
+    t1473 = c_5 * t604 + s_5 * t1391
+    t1474 = c_5 * t1391
+    t1475 = t702 - t1474
+    t1479 = s_5 * t1405 + c_5 * t1399
+    t1480 = s_5 * t1399
+    t1481 = c_5 * t1405
     # link 4 (wrist_roll): effort with joint 5
-    t1500 = c_4 * t1419 + s_4 * t1486
+    t1489 = c_4 * t1392 + s_4 * t1473
     # link 3 (boom): effort with joint 5
-    t1511 = p_boom_dh_a * t1488 + (s_4 * t1491 + c_4 * t1439) - q_3 * (s_4 * t1419 - c_4 * t1486)
+    t1500 = p_boom_dh_a * t1475 + (s_4 * t1479 + c_4 * t1412) - q_3 * (s_4 * t1392 - c_4 * t1473)
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1508 = c_2 * (t1480 - t1481 - p_boom_dh_a * t1489) + s_2 * t1500
+    t1509 = p_shoulder_tilt_dh_d * (c_2 * t1489 - s_2 * t1475) + t1508
     # link 6 (hand): effort with joint 6
-    t1521 = s_6 * t1443 - c_6 * t1441
-    t1524 = s_6 * t1441 + c_6 * t1443
+    t1513 = s_6 * t1416 - c_6 * t1414
+    t1516 = s_6 * t1414 + c_6 * t1416
     # link 5 (wrist_bend): effort with joint 6
-    t1526 = s_5 * P_6_n_z - c_5 * t1521
-    t1528 = c_5 * P_6_n_z + s_5 * t1521
+    t1518 = s_5 * P_6_n_z - c_5 * t1513
+    t1520 = c_5 * P_6_n_z + s_5 * t1513
     # derivative of effort
-    t1554 = t144 * yc_5_5_y + (t477 * y0_4_5_f_x - w_1_zz * y0_3_5_b_z)
-    t1557 = t145 * t761 + t1554 - y0_4_5_f_y * t1143 - y0_4_5_b_z * t1138
-    t1559 = h_5t_x * t1141 + (t765 * t1137 + t1557)
-    t1561 = t144 * yc_5_6_y + (w_1_zz * y0_4_6_n_x - t145 * yc_4_6_y)
-    t1563 = t1561 - y0_4_6_n_y * t1137 - t807 * t1138
+    t1550 = S_2_d * t485 + t135 * K_2_23 - t136 * K_3t_12 - h_4t_y * t1124
+    t1553 = S_3_12 * t1120 + (t1550 - h_3b_y * t1126) - t409 * t1121
+    t1560 = h_4t_y * t451 + (w_1_zz * y0_3_4_b_z + t136 * yc_4_4_y)
+    t1564 = S_2_12 * t1120 + (t1560 - t135 * t558 - t650 * t1121 - t324 * t1126)
+    t1566 = t135 * t708 + (w_1_zz * y0_3_5_b_z - t451 * y0_4_5_f_x)
+    t1569 = y0_4_5_b_z * t1121 + (y0_4_5_f_y * t1126 + (t136 * t735 + t1566))
+    t1571 = t739 * t1120 + t1569 - h_5t_x * t1124
+    t1573 = t136 * yc_4_6_y - w_1_zz * y0_4_6_n_x - t135 * yc_5_6_y
+    t1575 = t782 * t1121 + (y0_4_6_n_y * t1120 + t1573)
+    t1582 = y0_4_5_f_y * t1128 + (y0_4_5_f_x * t1132 - t144 * h_5t_x)
+    t1588 = omega_4r_y * t705 + (t144 * S_5t_23 - t161 * t599) - h_5t_x * (omega_4r_y * v_4r_y - t161 * v_4r_x)
+    t1590 = y0_5_5_f_x * (t161 * v_4b_z - t1166) + t1588 - S_5t_13 * t1152
+    t1591 = t692 * t1155 + t1590
+    t1593 = t144 * t782 - t161 * yc_6_6_y - omega_4r_y * yc_5_6_x
+    t1594 = y0_5_6_n_x * t1152 + t1593
+    t1597 = omega_5r_y * yc_6_6_x + y0_6_6_n_z * t1188
+    t1598 = -t1597
+    t1600 = -t1516
+    t1601 = -P_6_n_z
+    t1602 = -t907
+    t1606 = -t911
     # solve: L D L^T
-    t1572 = h_4t_y * t477 + (w_1_zz * y0_3_4_b_z + t145 * yc_4_4_y)
-    t1575 = t144 * C_4_c_z + t1572 - t674 * t1138 - t338 * t1143
-    t1578 = t964 * t1563 + (S_2_12 * t1137 + t1575) - t975 * t1559
-    t1584 = t145 * t540 + w_1_zz * h_4t_y - t974 * t1559 - t998 * t1578
-    t1585 = t1313 + t1584
-    t1590 = S_2_d * G_2_1 + t144 * t442 - 2.0 * (S_2_12 * G_2_0)
-    t1593 = h_3b_y * t1143 + (h_4t_y * t1141 + (t145 * K_3t_12 + t1590))
-    t1596 = t963 * t1563 + (t432 * t1138 + (t1593 - S_3_12 * t1137))
-    t1599 = t1015 * t1585 + (t997 * t1578 + (t973 * t1559 + t1596))
-    t1602 = p_shoulder_tilt_dh_d * t1446 + (c_2 * (S_3_11 * t1138 + t1357) - s_2 * t1339)
-    t1605 = t996 * t1578 + (t962 * t1563 + t1602 - t972 * t1559)
-    t1608 = t1111 * (t1014 * t1585 + t1605 - t1032 * t1599)
-    t1609 = t1031 * t1599
-    t1614 = t1032 * t1608
-    t1615 = t1609 - t1614
-    t1620 = t1015 * t1615 + (t1013 * t1585 + t1014 * t1608)
-    t1627 = t997 * t1615 + (t995 * t1578 + t996 * t1608) - t998 * t1620
-    t1634 = t974 * t1620 + (t971 * t1559 + t972 * t1608 - t973 * t1615)
-    t1641 = t964 * t1627 + (t963 * t1615 + (t961 * t1563 + t962 * t1608))
-    # derivative of effort
-    t1644 = t154 * h_5t_x - y0_4_5_f_x * t1148 - y0_4_5_f_y * t1145
-    # solve: L D L^T
-    t1650 = t975 * t1644 + (t1318 + t338 * t1145)
-    t1655 = t541 + t974 * t1644 - t998 * t1650
-    t1660 = t396 * t1145 + (t154 * h_4t_y + t1299) - q_3 * t1363
-    t1663 = t973 * t1644 + t1660 - t997 * t1650 - t1015 * t1655
-    t1666 = s_2 * t1453 - c_2 * (t1318 - h_3_x * t1145) - p_shoulder_tilt_dh_d * (s_2 * t541 + c_2 * t1363)
-    t1669 = t1666 - t972 * t1644 - t996 * t1650 - t1014 * t1655
-    t1671 = t1111 * (t1669 - t1032 * t1663)
-    t1672 = t1031 * t1663
-    t1676 = t1032 * t1671
-    t1677 = t1672 - t1676
-    t1682 = t1013 * t1655 - t1014 * t1671 - t1015 * t1677
-    t1685 = t998 * t1682
-    t1687 = t995 * t1650 - t996 * t1671 - t997 * t1677
-    t1688 = t1687 - t1685
-    t1696 = t971 * t1644 + t972 * t1671 - t973 * t1677 - t974 * t1682
-    # derivative of effort
-    t1705 = omega_4r_y * t730 + (t154 * S_5t_23 + t171 * t625) - h_5t_x * (omega_4r_y * v_4r_y - t171 * v_4r_x)
-    t1707 = y0_5_5_f_x * (t171 * v_4b_z - t1187) + t1705 - S_5t_13 * t1173
-    t1708 = t1707 - t717 * t1176
-    t1710 = omega_4r_y * yc_5_6_x + (t171 * yc_6_6_y - t154 * t807)
-    t1711 = t1710 - y0_5_6_n_x * t1173
-    # solve: L D L^T
-    t1720 = t1472 - t964 * t1711 - t975 * t1708
-    t1725 = t998 * t1720 + (t1382 + t974 * t1708)
-    t1730 = s_4 * t1406 + c_4 * t1394 - q_3 * t1465 - t963 * t1711
-    t1733 = t997 * t1720 + (t973 * t1708 + t1730) - t1015 * t1725
-    t1736 = c_2 * (p_boom_dh_a * t1465 + t1472) - s_2 * t1477 - p_shoulder_tilt_dh_d * (c_2 * t1465 + s_2 * t1382)
-    t1739 = t996 * t1720 + (t1736 - t962 * t1711 - t972 * t1708)
-    t1742 = t1111 * (t1739 - t1014 * t1725 - t1032 * t1733)
-    t1750 = t1031 * t1733 - t1032 * t1742
-    t1752 = t1015 * t1750
-    t1753 = t1013 * t1725 - t1014 * t1742
-    t1754 = t1753 - t1752
-    t1761 = t998 * t1754 + (t997 * t1750 + (t995 * t1720 + t996 * t1742))
-    t1769 = t974 * t1754 + (t973 * t1750 - t971 * t1708 - t972 * t1742)
-    t1776 = t964 * t1761 + (t963 * t1750 + (t962 * t1742 - t961 * t1711))
-    # derivative of effort
-    t1777 = omega_5r_y * yc_6_6_x + y0_6_6_n_z * t1208
-    # solve: L D L^T
-    t1786 = t1494 - t964 * t1777 - t975 * t1439
-    t1791 = t998 * t1786 + (t1488 + t974 * t1439)
-    t1796 = t963 * t1777 + (c_4 * t1491 - s_4 * t1439 - q_3 * t1500)
-    t1799 = t1015 * t1791 + (t1796 - t973 * t1439 - t997 * t1786)
-    t1802 = p_shoulder_tilt_dh_d * (c_2 * t1500 - s_2 * t1488) + (c_2 * (t1494 - p_boom_dh_a * t1500) + s_2 * t1511)
-    t1805 = t996 * t1786 + (t1802 - t962 * t1777 - t972 * t1439)
-    t1808 = t1111 * (t1032 * t1799 + (t1805 - t1014 * t1791))
-    t1816 = t1031 * t1799 + t1032 * t1808
-    t1821 = t1015 * t1816 + (t1013 * t1791 - t1014 * t1808)
-    t1828 = t998 * t1821 + (t995 * t1786 + t996 * t1808 - t997 * t1816)
-    t1836 = t974 * t1821 - t971 * t1439 - t972 * t1808 - t973 * t1816
-    t1843 = t964 * t1828 + (t962 * t1808 - t961 * t1777 - t963 * t1816)
-    t1852 = t975 * t1524 + (t1528 - P_6_n_z * t964)
-    t1856 = t974 * t1524 - t998 * t1852
-    t1861 = c_4 * t1526 - s_4 * t1524 - P_6_n_z * t963 - t973 * t1524
-    t1863 = t1015 * t1856 + (t997 * t1852 + t1861)
-    t1866 = c_2 * t1528 - s_2 * (s_4 * t1526 + c_4 * t1524) - P_6_n_z * t962
-    t1869 = t1014 * t1856 + (t996 * t1852 + (t972 * t1524 + t1866))
-    t1871 = t1111 * (t1869 - t1032 * t1863)
-    t1879 = t1031 * t1863 - t1032 * t1871
-    t1883 = t1015 * t1879 + (t1013 * t1856 + t1014 * t1871)
-    t1886 = t998 * t1883
-    t1888 = t997 * t1879 + (t995 * t1852 + t996 * t1871)
-    t1889 = t1888 - t1886
-    t1897 = t973 * t1879 + (t971 * t1524 - t972 * t1871) - t974 * t1883
-    t1904 = t964 * t1889 + (t963 * t1879 + (t962 * t1871 - P_6_n_z * t961))
-    t1913 = t793 * t975 + (t716 + yc_2_6_y * t964)
-    t1918 = t998 * t1913 + (t672 - t793 * t974)
-    t1923 = t997 * t1913 + (yc_2_2_y + yc_2_6_y * t963 - t793 * t973)
-    t1924 = t1923 - t1015 * t1918
-    t1928 = t996 * t1913 + (t793 * t972 + (C_1_n_z + yc_2_6_y * t962))
-    t1931 = t1111 * (t1928 - t1014 * t1918 - t1032 * t1924)
-    t1939 = t1031 * t1924 - t1032 * t1931
-    t1941 = t1015 * t1939
-    t1942 = t1013 * t1918 - t1014 * t1931
-    t1943 = t1942 - t1941
-    t1950 = t998 * t1943 + (t997 * t1939 + (t995 * t1913 + t996 * t1931))
-    t1958 = t974 * t1943 + (t973 * t1939 + (t793 * t971 - t972 * t1931))
-    t1965 = t964 * t1950 + (t963 * t1939 + (yc_2_6_y * t961 + t962 * t1931))
-    t1974 = t882 - t937 * t964 - t910 * t975
-    t1979 = t868 - t910 * t974 - t998 * t1974
-    t1984 = t997 * t1974 + (t910 * t973 + (t499 - t937 * t963))
-    t1985 = t1015 * t1979 + t1984
-    t1990 = t910 * t972 + (t655 + t937 * t962) - t996 * t1974 - t1014 * t1979
-    t1992 = t1111 * (t1032 * t1985 + t1990)
-    t1999 = t1031 * t1985 + t1032 * t1992
-    t2003 = t1015 * t1999 + (t1013 * t1979 - t1014 * t1992)
-    t2006 = t998 * t2003
-    t2008 = t997 * t1999 + (t995 * t1974 - t996 * t1992)
-    t2009 = t2008 - t2006
-    t2017 = t973 * t1999 + (t972 * t1992 - t910 * t971) - t974 * t2003
-    t2024 = t964 * t2009 + (t963 * t1999 - t937 * t961 - t962 * t1992)
-    t2029 = t884 - t913 * t975
-    t2033 = t913 * t974 + t998 * t2029
-    t2038 = t1015 * t2033 + (t662 - t913 * t973 - t997 * t2029)
-    t2042 = t1014 * t2033 + (y1_2_3_b_z + t913 * t972 - t996 * t2029)
-    t2044 = t1111 * (t2042 - t1032 * t2038)
-    t2051 = t1031 * t2038 - t1032 * t2044
-    t2055 = t1015 * t2051 + (t1013 * t2033 + t1014 * t2044)
-    t2061 = t998 * t2055 + (t995 * t2029 - t996 * t2044 - t997 * t2051)
-    t2068 = t973 * t2051 + (t913 * t971 - t972 * t2044) - t974 * t2055
-    t2083 = t918 * t975 + (C_4_n_z + t939 * t964)
-    t2088 = t998 * t2083 + (C_4_f_z - t918 * t974)
-    t2093 = t918 * t973 + (y1_3_4_b_z - t939 * t963) - t997 * t2083
-    t2094 = t1015 * t2088 + t2093
-    t2098 = t996 * t2083 + (t918 * t972 + (y1_2_4_b_z + t939 * t962))
-    t2101 = t1111 * (t1032 * t2094 + (t2098 - t1014 * t2088))
-    t2109 = t1031 * t2094 + t1032 * t2101
-    t2114 = t1015 * t2109 + (t1013 * t2088 - t1014 * t2101)
-    t2121 = t998 * t2114 + (t995 * t2083 + t996 * t2101 - t997 * t2109)
-    t2129 = t974 * t2114 + (t918 * t971 - t972 * t2101 - t973 * t2109)
-    t2136 = t964 * t2121 + (t939 * t961 + t962 * t2101 - t963 * t2109)
-    t2145 = t725 - t941 * t964 - K_6_a * t975
-    t2150 = y1_5_5_f_y - K_6_a * t974 - t998 * t2145
-    t2155 = t997 * t2145 + (K_6_a * t973 + (t774 - t941 * t963))
-    t2156 = t1015 * t2150 + t2155
-    t2161 = K_6_a * t972 + (t790 + t941 * t962) - t996 * t2145 - t1014 * t2150
-    t2163 = t1111 * (t1032 * t2156 + t2161)
-    t2170 = t1031 * t2156 + t1032 * t2163
-    t2174 = t1015 * t2170 + (t1013 * t2150 - t1014 * t2163)
-    t2177 = t998 * t2174
-    t2179 = t997 * t2170 + (t995 * t2145 - t996 * t2163)
-    t2180 = t2179 - t2177
-    t2188 = t973 * t2170 + (t972 * t2163 - K_6_a * t971) - t974 * t2174
-    t2195 = t964 * t2180 + (t963 * t2170 - t941 * t961 - t962 * t2163)
-    t2200 = y1_5_6_n_y + t799 * t975
-    t2204 = t799 * t974 - t998 * t2200
-    t2209 = y1_4_6_n_x + t799 * t973 - t997 * t2200 - t1015 * t2204
-    t2213 = t1014 * t2204 + (t996 * t2200 + (y1_2_6_n_y + t799 * t972))
-    t2215 = t1111 * (t1032 * t2209 + t2213)
-    t2221 = t1031 * t2209 + t1032 * t2215
-    t2223 = t1015 * t2221
-    t2224 = t1013 * t2204 + t1014 * t2215
-    t2225 = t2224 - t2223
-    t2232 = t995 * t2200 + t996 * t2215 - t997 * t2221 - t998 * t2225
-    t2239 = t974 * t2225 + (t973 * t2221 + (t972 * t2215 - t799 * t971))
+    t1614 = t1422 + (c_2 * t1339 - t1421) - t933 * t1575 - t944 * t1571
+    t1616 = t1553 + 4.0 * (w_2_xy * S_2_12) - t935 * t1575 - t945 * t1571
+    t1618 = -(t1294 + (t136 * t515 + w_1_zz * h_4t_y)) - t947 * t1571
+    t1620 = t1564 - t936 * t1575 - t948 * t1571
+    t1626 = t1618 - t972 * t1620
+    t1630 = t1616 - t971 * t1620 - t990 * t1626
+    t1632 = t1614 - t970 * t1620 - t988 * t1626 - t1008 * t1630
+    t1633 = t1094 * t1632
+    t1640 = t1006 * t1630 - t1008 * t1633
+    t1644 = t987 * t1626 - t988 * t1633 - t990 * t1640
+    t1650 = t968 * t1620 - t970 * t1633 - t971 * t1640 - t972 * t1644
+    t1656 = t943 * t1571 - t944 * t1633 - t945 * t1640 - t947 * t1644
+    t1664 = t932 * t1575 - t933 * t1633 - t935 * t1640 - t936 * t1650
+    t1668 = q_3 * t1344 - t144 * h_4t_y - t1282 - t382 * t1128 - t945 * t1582
+    t1672 = -(t1299 + t324 * t1128) - t948 * t1582
+    t1678 = t516 - t947 * t1582 - t972 * t1672
+    t1682 = t1668 - t971 * t1672 - t990 * t1678
+    t1684 = t1435 - t944 * t1582 - t970 * t1672 - t988 * t1678 - t1008 * t1682
+    t1685 = t1094 * t1684
+    t1691 = t1006 * t1682 - t1008 * t1685
+    t1695 = t987 * t1678 - t988 * t1685 - t990 * t1691
+    t1701 = t968 * t1672 - t970 * t1685 - t971 * t1691 - t972 * t1695
+    t1707 = t943 * t1582 - t944 * t1685 - t945 * t1691 - t947 * t1695
+    t1719 = c_4 * t1374 - s_4 * t1386 - q_3 * t1441 - t935 * t1594
+    t1729 = t1457 - t936 * t1594 - t948 * t1591
+    t1735 = t1361 - t1359 - t947 * t1591 - t972 * t1729
+    t1737 = t1471 - t933 * t1594 - t944 * t1591 - t970 * t1729 - t988 * t1735
+    t1739 = t1719 - t945 * t1591 - t971 * t1729 - t990 * t1735
+    t1742 = t1094 * (t1737 - t1008 * t1739)
+    t1749 = t1006 * t1739 - t1008 * t1742
+    t1753 = t987 * t1735 - t988 * t1742 - t990 * t1749
+    t1759 = t968 * t1729 - t970 * t1742 - t971 * t1749 - t972 * t1753
+    t1765 = t943 * t1591 - t944 * t1742 - t945 * t1749 - t947 * t1753
+    t1773 = t932 * t1594 - t933 * t1742 - t935 * t1749 - t936 * t1759
+    t1777 = q_3 * t1489 + (s_4 * t1412 - c_4 * t1479) - t934 * t1597
+    t1787 = t1481 - t1480 - t936 * t1598 - t948 * t1412
+    t1789 = -t1509 - t933 * t1598 - t944 * t1412 - t970 * t1787
+    t1793 = t1474 - t702 - t947 * t1412 - t972 * t1787
+    t1797 = t1777 - t945 * t1412 - t971 * t1787 - t990 * t1793
+    t1800 = t1094 * (t1789 - t988 * t1793 - t1008 * t1797)
+    t1807 = t1006 * t1797 - t1008 * t1800
+    t1811 = t987 * t1793 - t988 * t1800 - t990 * t1807
+    t1817 = t968 * t1787 - t970 * t1800 - t971 * t1807 - t972 * t1811
+    t1823 = t943 * t1412 - t944 * t1800 - t945 * t1807 - t947 * t1811
+    t1831 = t932 * t1598 - t933 * t1800 - t935 * t1807 - t936 * t1817
+    t1833 = s_2 * (s_4 * t1518 + c_4 * t1516) - c_2 * t1520 - t933 * t1601
+    t1841 = c_4 * t1518 - s_4 * t1516 - P_6_n_z * t934 - t945 * t1600
+    t1845 = -t1520 - t936 * t1601 - t948 * t1600
+    t1851 = -(t946 * t1516) - t972 * t1845
+    t1855 = t1841 - t971 * t1845 - t990 * t1851
+    t1857 = t1833 - t944 * t1600 - t970 * t1845 - t988 * t1851 - t1008 * t1855
+    t1858 = t1094 * t1857
+    t1865 = t1006 * t1855 - t1008 * t1858
+    t1869 = t987 * t1851 - t988 * t1858 - t990 * t1865
+    t1875 = t968 * t1845 - t970 * t1858 - t971 * t1865 - t972 * t1869
+    t1881 = t943 * t1600 - t944 * t1858 - t945 * t1865 - t947 * t1869
+    t1889 = t932 * t1601 - t933 * t1858 - t935 * t1865 - t936 * t1875
+    t1903 = yc_2_4_y - yc_2_6_y * t936 - yc_2_5_y * t948
+    t1905 = t443 - t446 - yc_2_6_y * t933 - yc_2_5_y * t944 - t970 * t1903
+    t1907 = yc_2_2_y - yc_2_6_y * t935 - yc_2_5_y * t945 - t971 * t1903
+    t1909 = yc_2_3_y - yc_2_5_y * t947 - t972 * t1903
+    t1913 = t1907 - t990 * t1909
+    t1916 = t1094 * (t1905 - t988 * t1909 - t1008 * t1913)
+    t1923 = t1006 * t1913 - t1008 * t1916
+    t1927 = t987 * t1909 - t988 * t1916 - t990 * t1923
+    t1933 = t968 * t1903 - t970 * t1916 - t971 * t1923 - t972 * t1927
+    t1939 = yc_2_5_y * t943 - t944 * t1916 - t945 * t1923 - t947 * t1927
+    t1947 = yc_2_6_y * t932 - t933 * t1916 - t935 * t1923 - t936 * t1933
+    t1961 = -t852 - t936 * t1602 - t881 * t948
+    t1967 = t838 - t880 * t946 - t972 * t1961
+    t1969 = t630 - t933 * t1602 - t881 * t944 - t970 * t1961 - t988 * t1967
+    t1971 = t476 - t907 * t934 - t881 * t945 - t971 * t1961 - t990 * t1967
+    t1974 = t1094 * (t1969 - t1008 * t1971)
+    t1981 = t1006 * t1971 - t1008 * t1974
+    t1985 = t987 * t1967 - t988 * t1974 - t990 * t1981
+    t1991 = t968 * t1961 - t970 * t1974 - t971 * t1981 - t972 * t1985
+    t1997 = t881 * t943 - t944 * t1974 - t945 * t1981 - t947 * t1985
+    t2005 = t932 * t1602 - t933 * t1974 - t935 * t1981 - t936 * t1991
+    t2013 = t855 - t884 * t948
+    t2019 = -(t884 * t947) - t972 * t2013
+    t2021 = -y1_2_3_b_z - t884 * t944 - t970 * t2013 - t988 * t2019
+    t2023 = t637 - t506 - t884 * t945 - t971 * t2013 - t990 * t2019
+    t2026 = t1094 * (t2021 - t1008 * t2023)
+    t2032 = t1006 * t2023 - t1008 * t2026
+    t2036 = t987 * t2019 - t988 * t2026 - t990 * t2032
+    t2042 = t968 * t2013 - t970 * t2026 - t971 * t2032 - t972 * t2036
+    t2048 = t884 * t943 - t944 * t2026 - t945 * t2032 - t947 * t2036
+    t2070 = K_5_a - t909 * t936 - t889 * t948
+    t2074 = t676 - t659 - t909 * t935 - t889 * t945 - t971 * t2070
+    t2076 = -C_4_f_z - t889 * t947 - t972 * t2070
+    t2078 = t688 - t909 * t933 - t889 * t944 - t970 * t2070 - t988 * t2076
+    t2080 = t2074 - t990 * t2076
+    t2083 = t1094 * (t2078 - t1008 * t2080)
+    t2090 = t1006 * t2080 - t1008 * t2083
+    t2094 = t987 * t2076 - t988 * t2083 - t990 * t2090
+    t2100 = t968 * t2070 - t970 * t2083 - t971 * t2090 - t972 * t2094
+    t2106 = t889 * t943 - t944 * t2083 - t945 * t2090 - t947 * t2094
+    t2114 = t909 * t932 - t933 * t2083 - t935 * t2090 - t936 * t2100
+    t2128 = y1_5_5_n_y - t936 * t1606 - K_6_a * t948
+    t2134 = y1_5_5_f_y - t252 * t946 - t972 * t2128
+    t2136 = t765 - t933 * t1606 - K_6_a * t944 - t970 * t2128 - t988 * t2134
+    t2138 = t749 - t911 * t934 - K_6_a * t945 - t971 * t2128 - t990 * t2134
+    t2141 = t1094 * (t2136 - t1008 * t2138)
+    t2148 = t1006 * t2138 - t1008 * t2141
+    t2152 = t987 * t2134 - t988 * t2141 - t990 * t2148
+    t2158 = t968 * t2128 - t970 * t2141 - t971 * t2148 - t972 * t2152
+    t2164 = K_6_a * t943 - t944 * t2141 - t945 * t2148 - t947 * t2152
+    t2172 = t932 * t1606 - t933 * t2141 - t935 * t2148 - t936 * t2158
+    t2180 = y1_5_6_n_y - t774 * t948
+    t2186 = -(t774 * t947) - t972 * t2180
+    t2188 = y1_2_6_n_y - t774 * t944 - t970 * t2180 - t988 * t2186
+    t2190 = y1_4_6_n_x - t774 * t945 - t971 * t2180 - t990 * t2186
+    t2193 = t1094 * (t2188 - t1008 * t2190)
+    t2199 = t1006 * t2190 - t1008 * t2193
+    t2203 = t987 * t2186 - t988 * t2193 - t990 * t2199
+    t2209 = t968 * t2180 - t970 * t2193 - t971 * t2199 - t972 * t2203
+    t2215 = t774 * t943 - t944 * t2193 - t945 * t2199 - t947 * t2203
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -10890,77 +13076,942 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[70 * S + k] = 0.0
     out[71 * S + k] = 1.0
     out[72 * S + k] = 0.0
-    out[73 * S + k] = t1608
-    out[74 * S + k] = t1671
-    out[75 * S + k] = -t1742
-    out[76 * S + k] = -t1808
-    out[77 * S + k] = -t1871
-    out[78 * S + k] = -t1931
-    out[79 * S + k] = t1992
-    out[80 * S + k] = -t2044
-    out[81 * S + k] = -t2101
-    out[82 * S + k] = t2163
-    out[83 * S + k] = t2215
+    out[73 * S + k] = t1633
+    out[74 * S + k] = t1685
+    out[75 * S + k] = t1742
+    out[76 * S + k] = t1800
+    out[77 * S + k] = t1858
+    out[78 * S + k] = t1916
+    out[79 * S + k] = t1974
+    out[80 * S + k] = t2026
+    out[81 * S + k] = t2083
+    out[82 * S + k] = t2141
+    out[83 * S + k] = t2193
     out[84 * S + k] = 0.0
-    out[85 * S + k] = t1614 - t1609
-    out[86 * S + k] = t1676 - t1672
-    out[87 * S + k] = t1750
-    out[88 * S + k] = -t1816
-    out[89 * S + k] = t1879
-    out[90 * S + k] = t1939
-    out[91 * S + k] = t1999
-    out[92 * S + k] = t2051
-    out[93 * S + k] = -t2109
-    out[94 * S + k] = t2170
-    out[95 * S + k] = t2221
+    out[85 * S + k] = t1640
+    out[86 * S + k] = t1691
+    out[87 * S + k] = t1749
+    out[88 * S + k] = t1807
+    out[89 * S + k] = t1865
+    out[90 * S + k] = t1923
+    out[91 * S + k] = t1981
+    out[92 * S + k] = t2032
+    out[93 * S + k] = t2090
+    out[94 * S + k] = t2148
+    out[95 * S + k] = t2199
     out[96 * S + k] = 0.0
-    out[97 * S + k] = -t1620
-    out[98 * S + k] = t1682
-    out[99 * S + k] = t1752 - t1753
-    out[100 * S + k] = -t1821
-    out[101 * S + k] = t1883
-    out[102 * S + k] = t1941 - t1942
-    out[103 * S + k] = t2003
-    out[104 * S + k] = t2055
-    out[105 * S + k] = -t2114
-    out[106 * S + k] = t2174
-    out[107 * S + k] = t2223 - t2224
+    out[97 * S + k] = t1644
+    out[98 * S + k] = t1695
+    out[99 * S + k] = t1753
+    out[100 * S + k] = t1811
+    out[101 * S + k] = t1869
+    out[102 * S + k] = t1927
+    out[103 * S + k] = t1985
+    out[104 * S + k] = t2036
+    out[105 * S + k] = t2094
+    out[106 * S + k] = t2152
+    out[107 * S + k] = t2203
     out[108 * S + k] = 0.0
-    out[109 * S + k] = t1627
-    out[110 * S + k] = t1685 - t1687
-    out[111 * S + k] = -t1761
-    out[112 * S + k] = -t1828
-    out[113 * S + k] = t1886 - t1888
-    out[114 * S + k] = -t1950
-    out[115 * S + k] = t2006 - t2008
-    out[116 * S + k] = t2061
-    out[117 * S + k] = -t2121
-    out[118 * S + k] = t2177 - t2179
-    out[119 * S + k] = t2232
+    out[109 * S + k] = t1650
+    out[110 * S + k] = t1701
+    out[111 * S + k] = t1759
+    out[112 * S + k] = t1817
+    out[113 * S + k] = t1875
+    out[114 * S + k] = t1933
+    out[115 * S + k] = t1991
+    out[116 * S + k] = t2042
+    out[117 * S + k] = t2100
+    out[118 * S + k] = t2158
+    out[119 * S + k] = t2209
     out[120 * S + k] = 0.0
-    out[121 * S + k] = t975 * t1627 + t1634
-    out[122 * S + k] = t1696 - t975 * t1688
-    out[123 * S + k] = t1769 - t975 * t1761
-    out[124 * S + k] = t1836 - t975 * t1828
-    out[125 * S + k] = t1897 - t975 * t1889
-    out[126 * S + k] = t1958 - t975 * t1950
-    out[127 * S + k] = t2017 - t975 * t2009
-    out[128 * S + k] = t975 * t2061 + t2068
-    out[129 * S + k] = t2129 - t975 * t2121
-    out[130 * S + k] = t2188 - t975 * t2180
-    out[131 * S + k] = t975 * t2232 + t2239
+    out[121 * S + k] = t1656 - t948 * t1650
+    out[122 * S + k] = t1707 - t948 * t1701
+    out[123 * S + k] = t1765 - t948 * t1759
+    out[124 * S + k] = t1823 - t948 * t1817
+    out[125 * S + k] = t1881 - t948 * t1875
+    out[126 * S + k] = t1939 - t948 * t1933
+    out[127 * S + k] = t1997 - t948 * t1991
+    out[128 * S + k] = t2048 - t948 * t2042
+    out[129 * S + k] = t2106 - t948 * t2100
+    out[130 * S + k] = t2164 - t948 * t2158
+    out[131 * S + k] = t2215 - t948 * t2209
     out[132 * S + k] = 0.0
-    out[133 * S + k] = -t1641
-    out[134 * S + k] = t964 * t1688 - t962 * t1671 - t963 * t1677
-    out[135 * S + k] = t1776
-    out[136 * S + k] = t1843
-    out[137 * S + k] = t1904
-    out[138 * S + k] = t1965
-    out[139 * S + k] = t2024
-    out[140 * S + k] = t962 * t2044 + t963 * t2051 - t964 * t2061
-    out[141 * S + k] = t2136
-    out[142 * S + k] = t2195
-    out[143 * S + k] = t963 * t2221 - t962 * t2215 - t964 * t2232
+    out[133 * S + k] = t1664
+    out[134 * S + k] = -(t933 * t1685) - t935 * t1691 - t936 * t1701
+    out[135 * S + k] = t1773
+    out[136 * S + k] = t1831
+    out[137 * S + k] = t1889
+    out[138 * S + k] = t1947
+    out[139 * S + k] = t2005
+    out[140 * S + k] = -(t933 * t2026) - t935 * t2032 - t936 * t2042
+    out[141 * S + k] = t2114
+    out[142 * S + k] = t2172
+    out[143 * S + k] = -(t933 * t2193) - t935 * t2199 - t936 * t2209
+
+
+_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    q_3 = x[2 * S + k]
+    q_4 = x[3 * S + k]
+    q_5 = x[4 * S + k]
+    q_6 = x[5 * S + k]
+    qd_1 = x[6 * S + k]
+    qd_2 = x[7 * S + k]
+    qd_3 = x[8 * S + k]
+    qd_4 = x[9 * S + k]
+    qd_5 = x[10 * S + k]
+    qd_6 = x[11 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_3 = u[2 * S + k]
+    u_4 = u[3 * S + k]
+    u_5 = u[4 * S + k]
+    u_6 = u[5 * S + k]
+    p_g = p[0]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    p_shoulder_pan_mass = p[4]
+    p_shoulder_pan_com_z = p[6]
+    p_shoulder_pan_inertia_yy = p[8]
+    p_shoulder_tilt_mass = p[10]
+    p_shoulder_tilt_com_y = p[11]
+    p_shoulder_tilt_inertia_xx = p[12]
+    p_shoulder_tilt_inertia_yy = p[13]
+    p_shoulder_tilt_inertia_zz = p[14]
+    p_boom_mass = p[15]
+    p_boom_com_z = p[16]
+    p_boom_inertia_xx = p[17]
+    p_boom_inertia_yy = p[18]
+    p_boom_inertia_zz = p[19]
+    p_wrist_roll_mass = p[20]
+    p_wrist_roll_com_y = p[21]
+    p_wrist_roll_com_z = p[22]
+    p_wrist_roll_inertia_xx = p[23]
+    p_wrist_roll_inertia_yy = p[24]
+    p_wrist_roll_inertia_zz = p[25]
+    p_wrist_bend_mass = p[26]
+    p_wrist_bend_com_y = p[27]
+    p_wrist_bend_com_z = p[28]
+    p_wrist_bend_inertia_xx = p[29]
+    p_wrist_bend_inertia_yy = p[30]
+    p_hand_mass = p[31]
+    p_hand_com_z = p[32]
+    p_hand_inertia_xx = p[33]
+    p_hand_inertia_yy = p[34]
+    p_hand_inertia_zz = p[35]
+    p_shoulder_pan_added_inertia_inertia = p[36]
+    p_shoulder_tilt_added_inertia_inertia = p[37]
+    p_boom_added_inertia_inertia = p[38]
+    p_wrist_roll_added_inertia_inertia = p[39]
+    p_wrist_bend_added_inertia_inertia = p[40]
+    p_hand_added_inertia_inertia = p[41]
+    s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
+    # link 6 (hand): base parameters
+    t64 = p_hand_inertia_xx * 0.5
+    t65 = p_hand_inertia_zz * 0.5
+    t66 = p_hand_inertia_yy * 0.5
+    J_6_xx = t65 + t66 - t64
+    t69 = t66 - t65
+    J_6_yy = t64 - t69
+    J_6_z1 = p_hand_com_z * p_hand_mass
+    # link 5 (wrist_bend): base parameters
+    t73 = p_wrist_bend_inertia_xx * 0.5
+    t74 = p_wrist_bend_inertia_yy * 0.5
+    t75 = t74 - t73
+    t76 = p_wrist_bend_com_z * p_wrist_bend_mass
+    t81 = p_hand_com_z * J_6_z1 + (t69 + (t64 + (t73 + t74)))
+    t82 = p_wrist_bend_com_z * t76 + t81
+    J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
+    t84 = p_wrist_bend_com_z * J_5_z1
+    t85 = J_6_z1 + t76
+    # link 4 (wrist_roll): base parameters
+    t87 = p_wrist_roll_inertia_xx * 0.5
+    t88 = p_wrist_roll_inertia_yy * 0.5
+    t89 = t87 - t88
+    t90 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t90 - t89
+    t92 = p_wrist_roll_com_z * p_wrist_roll_mass
+    t97 = t75 + t90 - p_wrist_bend_com_y * J_5_z1 - t87 - t88
+    t98 = t97 - p_wrist_roll_com_z * t92
+    t99 = p_wrist_roll_mass * p_wrist_roll_com_y
+    t100 = p_wrist_roll_com_z * t99
+    J_4_y1 = J_5_z1 + t92
+    J_4_11 = p_hand_mass + (p_wrist_bend_mass + p_wrist_roll_mass)
+    # link 3 (boom): base parameters
+    t106 = p_boom_dh_a * p_boom_mass
+    t108 = p_boom_dh_a * t99 - p_boom_com_z * t106
+    J_3_x1 = t106 + p_boom_dh_a * J_4_11
+    t111 = p_boom_mass * p_boom_com_z
+    t113 = t99 - t111
+    J_3_11 = p_boom_mass + J_4_11
+    # link 2 (shoulder_tilt): base parameters
+    t116 = 0.5 * (p_boom_inertia_xx + p_shoulder_tilt_inertia_yy)
+    t118 = 0.5 * (p_boom_inertia_yy + p_shoulder_tilt_inertia_xx)
+    t120 = 0.5 * (p_boom_inertia_zz + p_shoulder_tilt_inertia_zz)
+    J_2_xx = t116 + (t120 - t118)
+    t123 = t120 - t116
+    t126 = p_boom_com_z * t111 + (p_wrist_roll_com_y * t99 + (t89 + t90))
+    t128 = t118 + (t126 - t123)
+    J_2_z1 = p_shoulder_tilt_com_y * p_shoulder_tilt_mass
+    # link 1 (shoulder_pan): base parameters
+    t133 = p_shoulder_pan_mass * (p_shoulder_pan_com_z * p_shoulder_pan_com_z)
+    # link 1 (shoulder_pan): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (shoulder_tilt): angular velocity of link 1
+    t135 = qd_1 * s_2
+    t136 = qd_1 * c_2
+    # link 2 (shoulder_tilt): acceleration
+    t138 = p_g * s_2
+    t139 = p_g * c_2
+    # link 2 (shoulder_tilt): products of angular velocity
+    w_2_xy = t135 * t136
+    t141 = qd_2 * t135
+    w_2_xx = t135 * t135
+    w_2_zz = qd_2 * qd_2
+    # link 2 (shoulder_tilt): acceleration field U
+    t144 = w_2_xx + w_2_zz
+    # link 2 (shoulder_tilt): Euler, inertial moment
+    t145 = w_1_zz - t144
+    # link 3 (boom): acceleration of its frame
+    omega_2s_x = t135 * -2.0
+    omega_2s_z = qd_2 * 2.0
+    # link 3 (boom): products of angular velocity
+    w_3_zz = t136 * t136
+    # link 3 (boom): acceleration field U
+    U_3_xx = w_2_zz - t144 - w_3_zz
+    # link 4 (wrist_roll): angular velocity of link 3
+    t161 = s_4 * t135 + qd_2 * c_4
+    omega_4r_y = qd_2 * s_4 - c_4 * t135
+    # link 4 (wrist_roll): angular velocity
+    omega_4_z = qd_4 + t136
+    # link 4 (wrist_roll): products of angular velocity
+    t167 = t161 * omega_4r_y
+    t168 = t161 * omega_4_z
+    w_4_xx = t161 * t161
+    w_4_zz = omega_4_z * omega_4_z
+    # link 4 (wrist_roll): acceleration field U
+    t171 = w_4_xx + w_4_zz
+    # link 4 (wrist_roll): Euler, inertial moment
+    t173 = t144 - t171
+    # link 5 (wrist_bend): angular velocity of link 4
+    t180 = s_5 * omega_4_z + c_5 * t161
+    omega_5r_y = s_5 * t161 - c_5 * omega_4_z
+    # link 5 (wrist_bend): angular velocity
+    omega_5_z = qd_5 + omega_4r_y
+    # link 5 (wrist_bend): products of angular velocity
+    t185 = t180 * omega_5r_y
+    t186 = t180 * omega_5_z
+    w_5_xx = t180 * t180
+    w_5_zz = omega_5_z * omega_5_z
+    # link 5 (wrist_bend): acceleration field U
+    t189 = w_5_xx + w_5_zz
+    # link 5 (wrist_bend): Newton, inertial force
+    F_5_y = t85 * t189
+    # link 5 (wrist_bend): Euler, inertial moment
+    t191 = t171 - t189
+    # link 6 (hand): angular velocity of link 5
+    omega_6r_x = s_6 * omega_5_z - c_6 * t180
+    omega_6r_y = s_6 * t180 + c_6 * omega_5_z
+    # link 6 (hand): angular velocity
+    omega_6_z = qd_6 - omega_5r_y
+    # link 6 (hand): Euler, inertial moment
+    S_6_d = J_6_xx - J_6_yy
+    y0_6_6_n_z = J_6_xx + J_6_yy
+    # link 2 (shoulder_tilt): twice the velocity of its frame
+    v_2b_x = -2.0 * (p_shoulder_tilt_dh_d * qd_1)
+    v_2r_x = c_2 * v_2b_x
+    t212 = s_2 * v_2b_x
+    omega_2s_y = t136 * -2.0
+    # link 3 (boom): twice the velocity of its frame
+    t215 = 2.0 * (qd_2 * q_3)
+    t216 = q_3 * omega_2s_x
+    omega_3s_x = qd_2 * -2.0
+    # link 4 (wrist_roll): twice the velocity of its frame
+    v_4b_y = v_2r_x + t215 - p_boom_dh_a * omega_2s_y
+    v_4b_z = t212 + qd_3 * 2.0 - p_boom_dh_a * omega_2s_x
+    v_4r_x = s_4 * v_4b_y + c_4 * t216
+    v_4r_y = c_4 * v_4b_y - s_4 * t216
+    omega_4s_x = -2.0 * t161
+    omega_4s_y = 2.0 * omega_4r_y
+    omega_4s_z = 2.0 * omega_4_z
+    # link 5 (wrist_bend): twice the velocity of its frame
+    omega_5s_x = -2.0 * t180
+    omega_5s_y = 2.0 * omega_5r_y
+    omega_5s_z = 2.0 * omega_5_z
+    # link 6 (hand): twice the velocity of its frame
+    omega_6s_x = 2.0 * omega_6r_x
+    omega_6s_y = 2.0 * omega_6r_y
+    # link 6 (hand): composite body, before its turn
+    ss_6 = s_6 * s_6
+    sc_6 = c_6 * s_6
+    S_6_a = S_6_d * ss_6
+    S_6_b = S_6_d * sc_6
+    S_6t_22 = J_6_yy + S_6_a
+    t249 = 2.0 * (qd_6 * J_6_xx)
+    t250 = 2.0 * (qd_6 * J_6_yy)
+    t251 = t250 - t249
+    t252 = sc_6 * t251
+    K_6_a = -t252
+    t254 = ss_6 * t251
+    K_6t_12 = t249 + t254
+    t256 = t250 - t254
+    # link 5 (wrist_bend): composite body
+    S_5_11 = J_6_xx + t75 - S_6_a
+    # link 5 (wrist_bend): composite body, before its turn
+    ss_5 = s_5 * s_5
+    sc_5 = c_5 * s_5
+    t261 = t82 - S_5_11
+    t262 = ss_5 * t261
+    t263 = sc_5 * t261
+    S_5t_13 = s_5 * t84 + c_5 * S_6_b
+    t267 = t82 - t262
+    S_5t_23 = s_5 * S_6_b - c_5 * t84
+    h_5t_x = s_5 * t85
+    y0_5_5_f_x = c_5 * t85
+    t276 = t256 - 2.0 * (qd_5 * t84)
+    K_5o_32 = 2.0 * (qd_5 * S_6_b)
+    t280 = 2.0 * (qd_5 * S_5_11)
+    t281 = 2.0 * (qd_5 * t82)
+    t282 = t281 - t280
+    K_5_a = t252 * ss_5 - sc_5 * t282
+    t288 = ss_5 * t282 + t252 * sc_5
+    t289 = t252 - K_5_a
+    K_5t_12 = t280 + t288
+    K_5t_13 = c_5 * K_6t_12
+    t292 = t281 - t288
+    K_5t_23 = s_5 * K_6t_12
+    t296 = s_5 * K_5o_32 + c_5 * t276
+    t299 = s_5 * t276 - c_5 * K_5o_32
+    l_5o_x = 2.0 * (qd_5 * t85)
+    l_5t_x = c_5 * l_5o_x
+    l_5t_y = s_5 * l_5o_x
+    # link 4 (wrist_roll): composite body
+    S_4_11 = t262 + (J_4_xx + S_5_11)
+    t306 = t98 - S_6t_22
+    t307 = t100 + S_5t_23
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 + t306
+    S_4_p = 2.0 * S_5t_13
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    t319 = s_4 * t307 + c_4 * t263
+    t323 = c_4 * h_5t_x
+    t324 = s_4 * J_4_y1 - t323
+    h_4t_y = c_4 * J_4_y1 + s_4 * h_5t_x
+    t328 = qd_4 * S_4_p
+    t329 = t289 - t328
+    K_4o_12 = K_5t_13 + 2.0 * (qd_4 * S_4_11)
+    t335 = t296 - 2.0 * (qd_4 * t306)
+    t336 = t252 - t328
+    K_4o_31 = t292 + 2.0 * (qd_4 * t307)
+    t342 = K_5t_23 - 2.0 * (qd_4 * t263)
+    t343 = t329 + t336
+    K_4_p = K_4o_12 - t335
+    t347 = ss_4 * t343 + sc_4 * K_4_p
+    t350 = sc_4 * t343 - ss_4 * K_4_p
+    K_3t_12 = t335 - t350
+    t354 = t336 - t347
+    l_4o_x = l_5t_x - 2.0 * (qd_4 * J_4_y1)
+    l_4o_y = 2.0 * (qd_4 * h_5t_x)
+    l_4t_x = c_4 * l_4o_x - s_4 * l_4o_y
+    l_4t_y = c_4 * l_4o_y + s_4 * l_4o_x
+    # link 3 (boom): composite body
+    t372 = p_boom_dh_a * t324
+    S_3_11 = S_4_11 - S_4_a - 2.0 * t372
+    S_3_12 = p_boom_dh_a * h_4t_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
+    h_3_x = J_3_x1 - t324
+    t382 = t113 - y0_5_5_f_x
+    # link 3 (boom): composite body: flow of its moments
+    t385 = p_boom_dh_a * l_4t_x + (t329 - t347)
+    # link 3 (boom): composite body, before its turn
+    K_3o_23 = c_4 * t299 - s_4 * K_5t_12 + 2.0 * (qd_3 * h_4t_y)
+    t394 = l_5t_y - 2.0 * (qd_3 * J_3_11)
+    t395 = q_3 * J_3_11
+    h_3b_y = t382 - t395
+    # link 2 (shoulder_tilt): composite body
+    S_2_11 = S_4_a + (J_2_xx - t306)
+    S_2_12 = c_4 * t307 - s_4 * t263 - q_3 * h_4t_y
+    t405 = t128 + t267 - q_3 * (t382 + h_3b_y)
+    t409 = t108 - t319 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
+    # link 2 (shoulder_tilt): composite body: flow of its moments
+    t412 = c_4 * t342 - s_4 * K_4o_31 - q_3 * l_4t_y
+    t417 = K_5_a - q_3 * t394 - 2.0 * (qd_3 * t382)
+    K_2_23 = q_3 * l_4t_x + (c_4 * K_4o_31 + s_4 * t342)
+    # link 2 (shoulder_tilt): composite body, before its turn
+    ss_2 = s_2 * s_2
+    sc_2 = c_2 * s_2
+    S_2_d = S_2_11 - t405
+    S_2_p = 2.0 * S_2_12
+    t431 = qd_2 * S_2_p
+    t432 = t354 + t431
+    t442 = h_3_x - p_shoulder_tilt_dh_d * J_3_11
+    # link 1 (shoulder_pan): composite body: flow of its moments
+    t443 = p_shoulder_tilt_dh_d * l_4t_x
+    # link 1 (shoulder_pan): Coriolis terms
+    t446 = sc_2 * (K_3o_23 - t412 - 2.0 * (qd_2 * S_2_d)) + (ss_2 * (t432 + (t417 + t431)) + (t385 - t432))
+    # link 2 (shoulder_tilt): second change of its axis
+    t451 = t136 * t212 - t135 * v_2r_x
+    # link 2 (shoulder_tilt): Coriolis terms
+    C_2_f_y = l_4t_y - omega_2s_z * h_3b_y
+    t456 = omega_2s_x * h_4t_y
+    t458 = omega_2s_x * S_2_12
+    t462 = omega_2s_y * t405 + (p_boom_dh_a * l_4t_y + (K_4o_12 + t350))
+    C_2_n_x = t458 + t462 - omega_2s_z * t409
+    t467 = omega_2s_y * S_2_12
+    t470 = p_boom_dh_a * l_5t_y + (s_4 * t299 + c_4 * K_5t_12)
+    t473 = omega_2s_z * S_3_12 + t470 - omega_2s_x * S_2_11 - t467
+    C_2_n_y = t473 - 2.0 * (qd_3 * h_3_x)
+    t476 = t354 - t417
+    # link 2 (shoulder_tilt): change with its position
+    G_2_0 = w_2_xy * 2.0
+    t485 = w_2_xx - w_2_zz - t145
+    # link 3 (boom): Coriolis terms
+    t505 = J_3_11 * omega_3s_x
+    t506 = omega_3s_x * t382
+    t507 = omega_2s_x * t382
+    t515 = J_3_11 * t216 + (l_4t_x - t507) - 2.0 * (t136 * h_4t_y)
+    # link 3 (boom): change with its position
+    t516 = J_3_11 * t144
+    # link 4 (wrist_roll): Coriolis terms
+    t523 = omega_4s_z * h_5t_x
+    C_4_f_y = l_5t_x - J_4_y1 * omega_4s_z
+    C_4_f_z = omega_4s_x * h_5t_x + J_4_y1 * omega_4s_y
+    t529 = omega_4s_x * S_5t_13
+    t534 = omega_4s_y * t306 + (omega_4s_z * t307 + (t292 - t529))
+    t537 = omega_4s_y * S_5t_13
+    C_4_n_y = K_5t_23 - omega_4s_z * t263 - omega_4s_x * S_4_11 - t537
+    C_4_c_x = omega_4s_y * S_4_11 + (K_5t_12 - t529 - v_4b_z * h_5t_x)
+    t550 = J_4_y1 * v_4b_z + (t299 - t537) - omega_4s_x * t306
+    t557 = K_5_a - omega_4s_x * t307 - omega_4s_y * t263 - v_4r_x * h_5t_x
+    t558 = t557 - J_4_y1 * v_4r_y
+    # link 4 (wrist_roll): change with its position
+    G_4_0 = -2.0 * t167
+    t561 = w_4_xx - w_4_zz - t173
+    # link 5 (wrist_bend): Coriolis terms
+    C_5_f_y = t85 * omega_5s_z
+    t581 = t85 * omega_5s_y
+    C_5_n_x = t82 * omega_5s_y + (t256 - t84 * omega_5s_z)
+    t588 = omega_5s_x * S_5_11 + omega_5s_z * S_6_b
+    t590 = K_6t_12 - omega_5s_y * S_5_11
+    t593 = t82 * omega_5s_x - t85 * v_4r_y
+    t598 = t85 * (s_5 * v_4r_x + c_5 * v_4b_z) + (t252 + t84 * omega_5s_x)
+    t599 = omega_5s_y * S_6_b + t598
+    # link 5 (wrist_bend): change with its position
+    G_5_0 = -2.0 * t185
+    t602 = w_5_xx - w_5_zz - t191
+    t604 = F_5_y - t85 * t602
+    # link 6 (hand): Coriolis terms
+    C_6_n_x = J_6_yy * omega_6s_y
+    t614 = J_6_xx * omega_6s_x
+    C_6_c_x = J_6_xx * omega_6s_y
+    t616 = J_6_yy * omega_6s_x
+    # link 6 (hand): change with its position
+    G_6_1 = t189 - 2.0 * (omega_6r_x * omega_6r_x)
+    P_6_n_z = S_6_d * G_6_1
+    # link 2 (shoulder_tilt): effort with joint 2
+    t622 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
+    t628 = p_shoulder_tilt_dh_d * (c_2 * (t394 + omega_2s_z * h_4t_y) + s_2 * C_2_f_y)
+    t630 = s_2 * C_2_n_x + c_2 * C_2_n_y - t628
+    t633 = c_2 * (omega_2s_x * t405 + (K_2_23 - t467)) + s_2 * (K_3t_12 + t458 - omega_2s_y * S_2_11)
+    yc_2_2_y = -t633
+    # link 3 (boom): effort with joint 3
+    t637 = q_3 * t505
+    y1_3_3_b_z = t506 - t637
+    # link 2 (shoulder_tilt): effort with joint 3
+    t641 = p_shoulder_tilt_dh_d * c_2
+    t643 = s_2 * (t507 - omega_2s_x * t395) - c_2 * (t456 + omega_3s_x * h_3_x)
+    y1_2_3_b_z = t505 * t641 + t643
+    t647 = s_2 * t515
+    yc_2_3_y = -t647
+    # link 4 (wrist_roll): effort with joint 4
+    y0_4_4_n_z = S_4_11 - t306
+    t650 = t372 - y0_4_4_n_z
+    t656 = s_4 * t523 - c_4 * C_4_f_y
+    t659 = s_4 * C_4_n_y + c_4 * t534
+    yc_4_4_y = s_4 * C_4_c_x - c_4 * t550
+    # link 3 (boom): effort with joint 4
+    y0_3_4_b_z = t319 - q_3 * t324
+    y1_3_4_b_x = c_4 * C_4_n_y - s_4 * t534 - p_boom_dh_a * C_4_f_z - q_3 * (s_4 * C_4_f_y + c_4 * t523)
+    t676 = q_3 * t656
+    y1_3_4_b_z = t659 - t676
+    # link 2 (shoulder_tilt): effort with joint 4
+    t686 = p_shoulder_tilt_dh_d * (c_2 * t656 - s_2 * C_4_f_z)
+    t687 = c_2 * (K_5_a + p_boom_dh_a * t656) + s_2 * y1_3_4_b_x
+    t688 = t687 - t686
+    yc_2_4_y = c_2 * t558 + s_2 * yc_4_4_y
+    # link 5 (wrist_bend): effort with joint 5
+    t692 = t82 + S_5_11
+    t693 = s_5 * C_5_f_y
+    y1_5_5_f_y = c_5 * C_5_f_y
+    y1_5_5_n_x = s_5 * t588 + c_5 * C_5_n_x
+    y1_5_5_n_y = s_5 * C_5_n_x - c_5 * t588
+    t702 = s_5 * t604
+    t705 = c_5 * t590 - s_5 * t593
+    t708 = c_5 * t593 + s_5 * t590
+    # link 4 (wrist_roll): effort with joint 5
+    y0_4_5_f_x = c_4 * y0_5_5_f_x
+    y0_4_5_f_y = s_4 * y0_5_5_f_x
+    y0_4_5_b_z = S_5t_23 + p_boom_dh_a * y0_4_5_f_y
+    y1_4_5_f_x = s_4 * t581 - c_4 * t693
+    t723 = c_4 * t581 + s_4 * t693
+    t735 = c_4 * t599 - s_4 * t705
+    # link 3 (boom): effort with joint 5
+    t738 = p_boom_dh_a * h_5t_x + (c_4 * t692 - s_4 * S_5t_13)
+    t739 = q_3 * y0_4_5_f_x + t738
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 + s_4 * t692)
+    t745 = p_boom_dh_a * y1_5_5_f_y + (s_4 * y1_5_5_n_x + c_4 * t252)
+    y1_3_5_b_x = q_3 * y1_4_5_f_x + t745
+    t749 = q_3 * t723 + (c_4 * y1_5_5_n_x - s_4 * t252)
+    # link 2 (shoulder_tilt): effort with joint 5
+    y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
+    y0_2_5_b_z = c_2 * y0_4_5_b_z - s_2 * t739 - p_shoulder_tilt_dh_d * y0_2_5_f_x
+    t763 = p_shoulder_tilt_dh_d * (c_2 * t723 + s_2 * y1_5_5_f_y)
+    t764 = s_2 * y1_3_5_b_x + c_2 * (y1_5_5_n_y + p_boom_dh_a * t723)
+    t765 = t764 - t763
+    yc_2_5_y = s_2 * t735 - c_2 * t708
+    # link 6 (hand): effort with joint 6
+    y1_6_6_n_x = c_6 * C_6_n_x + s_6 * t614
+    t774 = c_6 * t614 - s_6 * C_6_n_x
+    yc_6_6_x = c_6 * C_6_c_x + s_6 * t616
+    yc_6_6_y = s_6 * C_6_c_x - c_6 * t616
+    # link 5 (wrist_bend): effort with joint 6
+    y0_5_6_n_x = s_5 * y0_6_6_n_z
+    t782 = c_5 * y0_6_6_n_z
+    y1_5_6_n_x = c_5 * y1_6_6_n_x
+    y1_5_6_n_y = s_5 * y1_6_6_n_x
+    yc_5_6_x = c_5 * yc_6_6_x
+    yc_5_6_y = s_5 * yc_6_6_x
+    # link 4 (wrist_roll): effort with joint 6
+    y0_4_6_n_x = c_4 * y0_5_6_n_x
+    y0_4_6_n_y = s_4 * y0_5_6_n_x
+    y1_4_6_n_x = s_4 * t774 + c_4 * y1_5_6_n_x
+    y1_4_6_n_y = s_4 * y1_5_6_n_x - c_4 * t774
+    yc_4_6_y = c_4 * yc_6_6_y + s_4 * yc_5_6_x
+    # link 2 (shoulder_tilt): effort with joint 6
+    y1_2_6_n_y = s_2 * y1_4_6_n_y + c_2 * y1_5_6_n_y
+    yc_2_6_y = s_2 * yc_4_6_y + c_2 * yc_5_6_y
+    # link 4 (wrist_roll): gravity
+    t810 = s_4 * t138
+    t815 = c_2 * t782 - s_2 * y0_4_6_n_y
+    t816 = qd_3 * 0.5
+    t818 = qd_6 * 0.5
+    t820 = qd_4 * 0.5
+    t822 = qd_2 * 0.5
+    t824 = qd_5 * 0.5
+    t831 = qd_1 * 0.5
+    t838 = J_3_11 * t215 + (l_4t_y + t506)
+    t851 = t467 - s_4 * t550 - c_4 * C_4_c_x - omega_2s_x * t650
+    t852 = t212 * t324 + t851
+    t855 = t456 - omega_3s_x * t324
+    t877 = omega_2s_x * y0_4_5_b_z + (c_4 * t705 + s_4 * t599)
+    t880 = omega_2s_y * t739 + (t877 - t212 * y0_4_5_f_y - v_2r_x * h_5t_x)
+    t884 = omega_3s_x * y0_4_5_f_y - omega_2s_x * y0_4_5_f_x
+    t889 = omega_4s_x * t692 + (t537 - t708 - v_4r_y * y0_5_5_f_x)
+    t906 = omega_2s_y * y0_4_6_n_y + (s_4 * yc_6_6_y - c_4 * yc_5_6_x)
+    t907 = omega_2s_x * t782 + t906
+    t909 = yc_5_6_y - omega_4s_y * y0_5_6_n_x
+    t911 = yc_6_6_y + y0_6_6_n_z * omega_5s_x
+    # effort less bias force
+    t921 = t85 * (c_5 * t810 + s_5 * t139) + (t820 * t889 + (u_5 + t774 * t818))
+    t924 = t816 * t884 + (yc_2_5_y * t831 + t921) - t822 * t880
+    t926 = t924 - 0.5 * (qd_5 * t252)
+    t929 = t820 * t909 + (yc_2_6_y * t831 + (u_6 - t824 * t911))
+    t930 = t929 - t822 * t907
+    # solve: L D L^T
+    t932 = 1.0 / (p_hand_added_inertia_inertia + y0_6_6_n_z)
+    t933 = t815 * t932
+    t934 = y0_4_6_n_x * t932
+    t936 = t782 * t932
+    t943 = 1.0 / (p_wrist_bend_added_inertia_inertia + t692)
+    t944 = y0_2_5_b_z * t943
+    t945 = y0_3_5_b_z * t943
+    t946 = h_5t_x * t943
+    t948 = S_5t_23 * t943
+    t958 = t815 * t936 + (s_2 * S_2_12 + c_2 * t650 - t324 * t641)
+    t959 = y0_2_5_b_z * t948 + t958
+    t962 = y0_3_4_b_z + y0_4_6_n_x * t936 - y0_3_5_b_z * t948
+    t963 = h_5t_x * t948
+    t966 = p_wrist_roll_added_inertia_inertia + y0_4_4_n_z - t782 * t936
+    t968 = 1.0 / (t966 - S_5t_23 * t948)
+    t969 = t959 * t968
+    t971 = t962 * t968
+    t972 = t963 * t968
+    t979 = s_2 * t442 + (y0_2_5_b_z * t946 + t959 * t972)
+    t982 = t962 * t972 + (h_4t_y - y0_3_5_b_z * t946)
+    t985 = p_boom_added_inertia_inertia + J_3_11 - h_5t_x * t946
+    t987 = 1.0 / (t985 - t963 * t972)
+    t988 = t979 * t987
+    t989 = t982 * t987
+    t996 = y0_2_5_b_z * t945 + (c_2 * t409 + s_2 * S_3_12 - t622 - t815 * t934)
+    t998 = t996 - t959 * t971 - t979 * t989
+    t1001 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 + t405)
+    t1004 = t1001 - y0_4_6_n_x * t934 - y0_3_5_b_z * t945 - t962 * t971
+    t1006 = 1.0 / (t1004 - t982 * t989)
+    t1007 = t998 * t1006
+    t1013 = p_shoulder_tilt_mass * p_shoulder_tilt_dh_d + J_2_z1 * 2.0
+    t1018 = p_shoulder_tilt_com_y * J_2_z1 + (p_shoulder_pan_inertia_yy + t123)
+    t1023 = S_2_11 + (S_3_11 + (t133 + t1018)) - ss_2 * S_2_d - sc_2 * S_2_p
+    t1025 = p_shoulder_pan_added_inertia_inertia + t1023 - t815 * t933
+    t1028 = t1025 - y0_2_5_b_z * t944 - t959 * t969 - t979 * t988
+    t1030 = J_3_11 * (p_boom_dh_a * p_boom_dh_a) + (t1028 - t998 * t1007)
+    t1031 = p_shoulder_tilt_dh_d * (t1013 - h_3_x - t442) + t1030
+    t1043 = yc_2_4_y * t831 + (t816 * t855 + (u_4 + t138 * t323))
+    t1046 = y1_5_5_n_y * t824 + (y1_5_6_n_y * t818 + (t1043 - J_4_y1 * t810))
+    t1051 = t1046 - t822 * t852 - t930 * t936 - t926 * t948 + 0.5 * (qd_4 * K_5_a)
+    t1059 = y1_5_5_f_y * t824 + (t822 * t838 + (u_3 - t647 * t831) - J_3_11 * t139)
+    t1063 = t926 * t946 + t1059 - t972 * t1051 - 0.5 * (qd_4 * C_4_f_z)
+    t1069 = t749 * t824 + (u_2 - y1_3_3_b_z * t816) - y1_3_4_b_z * t820
+    t1072 = y1_4_6_n_x * t818 + (t1069 - t138 * h_3b_y) - t633 * t831
+    t1075 = t930 * t934 + (t139 * h_4t_y + t1072) - t926 * t945
+    t1079 = t989 * t1063 + (t1075 - t971 * t1051) + 0.5 * (qd_2 * t476)
+    t1084 = t688 * t820 + (y1_2_6_n_y * t818 + (u_1 - y1_2_3_b_z * t816))
+    t1088 = t765 * t824 + (t630 * t822 + t1084) - t930 * t933 - t926 * t944
+    t1091 = t1007 * t1079 + (t969 * t1051 + t1088 - t988 * t1063)
+    t1094 = 1.0 / (t118 + t1031)
+    t1095 = (t1091 - 0.5 * (qd_1 * (t446 - t443))) * t1094
+    t1102 = t1006 * t1079 + t1007 * t1095
+    t1106 = t989 * t1102 + (t987 * t1063 - t988 * t1095)
+    t1112 = t968 * t1051 + t969 * t1095 - t971 * t1102 - t972 * t1106
+    # link 2 (shoulder_tilt): acceleration field U along the axis
+    t1120 = c_2 * t1095
+    t1121 = s_2 * t1095
+    # link 2 (shoulder_tilt): acceleration of its joint
+    t1122 = p_shoulder_tilt_dh_d * t1095
+    # link 2 (shoulder_tilt): acceleration
+    t1124 = t138 + c_2 * t1122
+    t1126 = t139 - s_2 * t1122
+    # link 2 (shoulder_tilt): angular acceleration
+    t1127 = t141 - t1120
+    # link 2 (shoulder_tilt): acceleration field U
+    t1128 = w_2_xy - t1102
+    t1129 = t141 + t1127
+    t1132 = t1121 + 2.0 * (qd_2 * t136)
+    # link 3 (boom): acceleration of its frame
+    t1137 = p_shoulder_tilt_dh_d * w_1_zz + qd_3 * omega_2s_x - q_3 * t1132
+    t1139 = qd_3 * omega_2s_z - t1124 - q_3 * t1128
+    # link 2 (shoulder_tilt): change with its position
+    t1140 = q_3 * t144 - t1106
+    # link 3 (boom): acceleration of its frame
+    t1141 = t1126 - t1140
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t1152 = s_4 * t1128 + c_4 * t1132
+    t1155 = c_4 * t1128 - s_4 * t1132
+    # link 4 (wrist_roll): acceleration of its joint
+    t1156 = p_boom_dh_a * U_3_xx + t1137
+    t1158 = t1139 + p_boom_dh_a * t1120
+    t1160 = t1141 + p_boom_dh_a * t1121
+    # link 4 (wrist_roll): acceleration
+    t1163 = s_4 * t1158 + c_4 * t1156
+    t1166 = c_4 * t1158 - s_4 * t1156
+    # link 4 (wrist_roll): angular acceleration
+    t1167 = t168 - t1152
+    t1168 = t1112 - t1127
+    # link 4 (wrist_roll): acceleration field U
+    t1169 = t167 + t1168
+    t1170 = t168 + t1167
+    t1173 = t1155 + 2.0 * (omega_4r_y * omega_4_z)
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t1185 = s_5 * t1173 + c_5 * t1169
+    t1188 = c_5 * t1173 - s_5 * t1169
+    # link 5 (wrist_bend): angular acceleration
+    t1195 = t186 - t1185
+    t1198 = t946 * t1106 + (t926 * t943 - t944 * t1095 - t945 * t1102)
+    t1200 = t1167 + (t1198 - t948 * t1112)
+    # link 5 (wrist_bend): acceleration field U
+    t1201 = t185 + t1200
+    t1202 = t186 + t1195
+    t1205 = t1188 + 2.0 * (omega_5r_y * omega_5_z)
+    # link 5 (wrist_bend): Newton, inertial force
+    t1206 = t85 * t1201
+    # link 6 (hand): angular acceleration
+    t1221 = t934 * t1102 + (t930 * t932 - t933 * t1095) - t936 * t1112
+    # link 6 (hand): acceleration field U
+    t1226 = s_6 * t1205 - c_6 * t1201 + 2.0 * (omega_6r_x * omega_6_z)
+    t1230 = c_6 * t1205 + s_6 * t1201 + 2.0 * (omega_6r_y * omega_6_z)
+    # link 6 (hand): Euler, inertial moment
+    t1231 = J_6_yy * t1230
+    t1232 = J_6_xx * t1226
+    # link 5 (wrist_bend): moment from link 4
+    t1240 = s_6 * t1232 + (t84 * t191 + t82 * t1205 - t85 * t1166)
+    t1241 = c_6 * t1231 + t1240
+    t1243 = S_6_d * (omega_6r_x * omega_6r_y) - t84 * t1201 - t75 * t1202
+    t1244 = y0_6_6_n_z * (t1221 - t1195) + t1243
+    # link 4 (wrist_roll): force from link 3
+    t1252 = s_5 * F_5_y + J_4_y1 * t1169 - c_5 * t1206
+    t1253 = J_4_y1 * t171 + t85 * t1205
+    t1255 = s_5 * t1206 + (c_5 * F_5_y - J_4_y1 * t1173)
+    # link 4 (wrist_roll): moment from link 3
+    t1258 = s_5 * t1244 + (t100 * t173 + J_4_y1 * t1160 - t98 * t1173)
+    t1259 = c_5 * t1241 + t1258
+    t1262 = t84 * t1185 + (t185 * (t75 - t82) - J_4_xx * t1170 - t100 * t1169)
+    t1264 = t85 * (s_5 * t1160 - c_5 * t1163) + t1262 - (t75 + t82) * t1200
+    t1266 = c_6 * t1232 + t1264 - s_6 * t1231
+    # link 4 (wrist_roll): force, before its turn
+    t1271 = s_4 * t1252 + c_4 * t1253
+    # link 3 (boom): force from link 2
+    t1278 = t113 * t1132 + (J_3_x1 * U_3_xx + J_3_11 * t1137) - c_4 * t1252
+    t1279 = s_4 * t1253 + t1278
+    t1282 = J_3_11 * t1139 + (t113 * t1128 + J_3_x1 * t1120) - t1271
+    # link 2 (shoulder_tilt): change with its position
+    t1288 = t113 * t144 + h_4t_y * G_2_0 - h_3b_y * t485 - t135 * l_4t_x
+    t1294 = h_3_x * t1120 - J_3_11 * t1124
+    t1297 = h_4t_y * t485 + (h_3b_y * G_2_0 + t136 * l_4t_x) - t1282
+    t1299 = h_4t_y * t1132
+    t1306 = t409 * G_2_0 + (t167 * (J_4_xx + t98) + t136 * (t385 + t417))
+    t1309 = t135 * t412 + (S_3_12 * t485 + t1306) - t108 * t1128
+    t1312 = t100 * t1152 + (t1309 - J_3_x1 * t1139 - (J_4_xx - t98) * t1168)
+    t1315 = s_5 * t1241 + (J_4_y1 * t1163 + t1312 - c_5 * t1244)
+    t1318 = S_2_12 * t1132 + (p_boom_dh_a * t1271 + t1315 - h_3_x * t1124)
+    t1327 = t108 * t145 - t135 * (t354 - t385) - t136 * K_3o_23
+    t1330 = t409 * t485 + (t1327 - S_3_12 * G_2_0) - t113 * t1137
+    t1333 = s_4 * t1259 + (t1330 - J_3_x1 * t1141) - c_4 * t1266
+    t1336 = h_3_x * t1126 + (q_3 * t1279 + (p_boom_dh_a * t1255 + t1333))
+    t1339 = S_3_11 * t1121 + (t1336 - S_2_12 * t1129) - t1132 * (t128 - S_2_11)
+    # link 3 (boom): change with its position
+    t1344 = J_3_11 * t1128
+    # link 4 (wrist_roll): change with its position
+    t1352 = t1253 + (h_5t_x * G_4_0 - J_4_y1 * t561 - t161 * l_5t_y)
+    t1353 = t1352 - y0_5_5_f_x * t1155
+    t1356 = omega_4r_y * l_5t_y - h_5t_x * t561 - J_4_y1 * G_4_0
+    t1358 = y0_5_5_f_x * t1152 + (t1356 - t1252)
+    t1359 = J_4_y1 * t1170
+    t1361 = t161 * l_5t_x - h_5t_x * t1173
+    t1362 = t1359 - t1361
+    t1369 = t263 * t561 + (t161 * t296 - omega_4r_y * t289) - t307 * G_4_0
+    t1372 = y0_5_5_f_x * t1163 + (t1266 + t1369) - t267 * t1152
+    t1374 = S_5t_13 * t1173 + t1372 - t306 * t1170
+    t1381 = t263 * G_4_0 + (t161 * t252 + t307 * t561 - omega_4r_y * K_5t_13)
+    t1385 = t1259 + t1381 - S_4_11 * t1173 - t267 * t1155 - S_5t_13 * t1170
+    t1386 = y0_5_5_f_x * t1166 + t1385
+    # link 5 (wrist_bend): change with its position
+    t1391 = t85 * G_5_0 + t1206
+    t1392 = t85 * t1202
+    t1397 = omega_5r_y * t252 + (t84 * G_5_0 - S_6_b * t602) - t1244
+    t1399 = S_6t_22 * t1185 + t1397 - t82 * t1202
+    t1404 = t1241 + (S_6_b * G_5_0 + t84 * t602) - S_5_11 * t1205
+    t1405 = t1404 - S_6t_22 * t1188
+    t1410 = t261 * t602 - omega_5r_y * K_6t_12 - t85 * (s_5 * t1163 + c_5 * t1160)
+    t1412 = t84 * t1188 - (S_6_b * t1185 + t1410)
+    # link 6 (hand): change with its position
+    t1414 = t1232 - J_6_yy * t1226
+    t1416 = t1231 - J_6_xx * t1230
+    # link 2 (shoulder_tilt): effort with joint 2
+    t1417 = c_2 * (t324 * t1121 + (t1288 - t1255) - J_3_11 * t1140)
+    t1421 = s_2 * (t1129 * (J_2_xx - t405) + (S_3_11 * t1120 + t1318))
+    t1422 = p_shoulder_tilt_dh_d * (t1417 + s_2 * (t1294 + t1297))
+    # link 2 (shoulder_tilt): effort with joint 3
+    t1434 = s_2 * (h_3b_y * t1132 + (t144 * h_3_x + t1279)) - c_2 * (t1299 - h_3_x * t1128)
+    t1435 = t1434 - p_shoulder_tilt_dh_d * (s_2 * t516 + c_2 * t1344)
+    # link 4 (wrist_roll): effort with joint 4
+    t1441 = s_4 * t1353 + c_4 * t1358
+    t1450 = t161 * t299 + (S_4_d * t561 - omega_4r_y * K_5t_12)
+    t1453 = t307 * t1155 + (h_5t_x * t1163 + (t1450 - t263 * t1152))
+    t1457 = J_4_y1 * t1166 + t1453 - t167 * S_5t_13 * 4.0
+    # link 3 (boom): effort with joint 4
+    t1462 = q_3 * (c_4 * t1353 - s_4 * t1358) + (s_4 * t1374 + c_4 * t1386 - p_boom_dh_a * t1362)
+    # link 2 (shoulder_tilt): effort with joint 4
+    t1471 = p_shoulder_tilt_dh_d * (c_2 * t1441 + s_2 * t1362) + (s_2 * t1462 - c_2 * (p_boom_dh_a * t1441 - t1457))
+    # link 5 (wrist_bend): effort with joint 5
+    t1473 = c_5 * t604 + s_5 * t1391
+    t1474 = c_5 * t1391
+    t1475 = t702 - t1474
+    t1479 = s_5 * t1405 + c_5 * t1399
+    t1480 = s_5 * t1399
+    t1481 = c_5 * t1405
+    # link 4 (wrist_roll): effort with joint 5
+    t1489 = c_4 * t1392 + s_4 * t1473
+    # link 3 (boom): effort with joint 5
+    t1500 = p_boom_dh_a * t1475 + (s_4 * t1479 + c_4 * t1412) - q_3 * (s_4 * t1392 - c_4 * t1473)
+    # link 2 (shoulder_tilt): effort with joint 5
+    t1508 = c_2 * (t1480 - t1481 - p_boom_dh_a * t1489) + s_2 * t1500
+    t1509 = p_shoulder_tilt_dh_d * (c_2 * t1489 - s_2 * t1475) + t1508
+    # link 6 (hand): effort with joint 6
+    t1513 = s_6 * t1416 - c_6 * t1414
+    t1516 = s_6 * t1414 + c_6 * t1416
+    # link 5 (wrist_bend): effort with joint 6
+    t1518 = s_5 * P_6_n_z - c_5 * t1513
+    t1520 = c_5 * P_6_n_z + s_5 * t1513
+    # derivative of effort
+    t1550 = S_2_d * t485 + t135 * K_2_23 - t136 * K_3t_12 - h_4t_y * t1124
+    t1553 = S_3_12 * t1120 + (t1550 - h_3b_y * t1126) - t409 * t1121
+    t1560 = h_4t_y * t451 + (w_1_zz * y0_3_4_b_z + t136 * yc_4_4_y)
+    t1564 = S_2_12 * t1120 + (t1560 - t135 * t558 - t650 * t1121 - t324 * t1126)
+    t1566 = t135 * t708 + (w_1_zz * y0_3_5_b_z - t451 * y0_4_5_f_x)
+    t1569 = y0_4_5_b_z * t1121 + (y0_4_5_f_y * t1126 + (t136 * t735 + t1566))
+    t1573 = t136 * yc_4_6_y - w_1_zz * y0_4_6_n_x - t135 * yc_5_6_y
+    t1582 = y0_4_5_f_y * t1128 + (y0_4_5_f_x * t1132 - t144 * h_5t_x)
+    t1588 = omega_4r_y * t705 + (t144 * S_5t_23 - t161 * t599) - h_5t_x * (omega_4r_y * v_4r_y - t161 * v_4r_x)
+    t1590 = y0_5_5_f_x * (t161 * v_4b_z - t1166) + t1588 - S_5t_13 * t1152
+    t1593 = t144 * t782 - t161 * yc_6_6_y - omega_4r_y * yc_5_6_x
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 1.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 1.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 1.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 1.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 1.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    out[64 * S + k] = 0.0
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = 0.0
+    out[67 * S + k] = 0.0
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = 0.0
+    out[70 * S + k] = 0.0
+    out[71 * S + k] = 1.0
+    out[72 * S + k] = 0.0
+    out[73 * S + k] = t1422 + (c_2 * t1339 - t1421)
+    out[74 * S + k] = t1435
+    out[75 * S + k] = t1471
+    out[76 * S + k] = -t1509
+    out[77 * S + k] = s_2 * (s_4 * t1518 + c_4 * t1516) - c_2 * t1520
+    out[78 * S + k] = t443 - t446
+    out[79 * S + k] = t630
+    out[80 * S + k] = -y1_2_3_b_z
+    out[81 * S + k] = t688
+    out[82 * S + k] = t765
+    out[83 * S + k] = y1_2_6_n_y
+    out[84 * S + k] = 0.0
+    out[85 * S + k] = t1553 + 4.0 * (w_2_xy * S_2_12)
+    out[86 * S + k] = q_3 * t1344 - t144 * h_4t_y - t1282 - t382 * t1128
+    out[87 * S + k] = c_4 * t1374 - s_4 * t1386 - q_3 * t1441
+    out[88 * S + k] = q_3 * t1489 + (s_4 * t1412 - c_4 * t1479)
+    out[89 * S + k] = c_4 * t1518 - s_4 * t1516
+    out[90 * S + k] = yc_2_2_y
+    out[91 * S + k] = t476
+    out[92 * S + k] = t637 - t506
+    out[93 * S + k] = t676 - t659
+    out[94 * S + k] = t749
+    out[95 * S + k] = y1_4_6_n_x
+    out[96 * S + k] = 0.0
+    out[97 * S + k] = -(t1294 + (t136 * t515 + w_1_zz * h_4t_y))
+    out[98 * S + k] = t516
+    out[99 * S + k] = t1361 - t1359
+    out[100 * S + k] = t1474 - t702
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = yc_2_3_y
+    out[103 * S + k] = t838
+    out[104 * S + k] = 0.0
+    out[105 * S + k] = -C_4_f_z
+    out[106 * S + k] = y1_5_5_f_y
+    out[107 * S + k] = 0.0
+    out[108 * S + k] = 0.0
+    out[109 * S + k] = t1564
+    out[110 * S + k] = -(t1299 + t324 * t1128)
+    out[111 * S + k] = t1457
+    out[112 * S + k] = t1481 - t1480
+    out[113 * S + k] = -t1520
+    out[114 * S + k] = yc_2_4_y
+    out[115 * S + k] = -t852
+    out[116 * S + k] = t855
+    out[117 * S + k] = K_5_a
+    out[118 * S + k] = y1_5_5_n_y
+    out[119 * S + k] = y1_5_6_n_y
+    out[120 * S + k] = 0.0
+    out[121 * S + k] = t739 * t1120 + t1569 - h_5t_x * t1124
+    out[122 * S + k] = t1582
+    out[123 * S + k] = t692 * t1155 + t1590
+    out[124 * S + k] = t1412
+    out[125 * S + k] = -t1516
+    out[126 * S + k] = yc_2_5_y
+    out[127 * S + k] = -t880
+    out[128 * S + k] = t884
+    out[129 * S + k] = t889
+    out[130 * S + k] = K_6_a
+    out[131 * S + k] = t774
+    out[132 * S + k] = 0.0
+    out[133 * S + k] = t782 * t1121 + (y0_4_6_n_y * t1120 + t1573)
+    out[134 * S + k] = 0.0
+    out[135 * S + k] = y0_5_6_n_x * t1152 + t1593
+    out[136 * S + k] = -(omega_5r_y * yc_6_6_x + y0_6_6_n_z * t1188)
+    out[137 * S + k] = -P_6_n_z
+    out[138 * S + k] = yc_2_6_y
+    out[139 * S + k] = -t907
+    out[140 * S + k] = 0.0
+    out[141 * S + k] = t909
+    out[142 * S + k] = -t911
+    out[143 * S + k] = 0.0
+    factor_1_0 = -t1007
+    factor_2_0 = t988
+    factor_2_1 = -t989
+    factor_3_0 = -t969
+    factor_3_1 = t971
+    factor_3_2 = t972
+    factor_4_0 = t944
+    factor_4_1 = t945
+    factor_4_2 = -t946
+    factor_4_3 = t948
+    factor_5_0 = t933
+    factor_5_1 = -t934
+    factor_5_3 = t936
+    reciprocal_0 = t1094
+    reciprocal_1 = t1006
+    reciprocal_2 = t987
+    reciprocal_3 = t968
+    reciprocal_4 = t943
+    reciprocal_5 = t932
+    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10973,7 +14024,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 42:
         raise ValueError("p must have 42 entries")
     out = np.empty(144)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
     return out.reshape((12, 12))
 
 
@@ -10988,7 +14039,9 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 144:
         raise ValueError("out must have 144 entries")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_state_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10996,7 +14049,7 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 204:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 204 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(both[0:12], both[12:18], both[18:60], both[60:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11321,6 +14374,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 6 entries")
     if out.size != 72:
         raise ValueError("out must have 72 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -11759,6 +14814,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 72:
         raise ValueError("out must have 72 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -12523,6 +15580,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 6 entries")
     if out.size != 252:
         raise ValueError("out must have 252 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -13373,6 +16432,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 252:
         raise ValueError("out must have 252 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -13523,916 +16584,840 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     u_6 = u[5 * S + k]
     s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
     # link 5 (wrist_bend): composite body, before its turn
-    S_5_a = s_5 * s_5 * -0.0280161283
+    t20 = s_5 * s_5
+    S_5_a = t20 * -0.0280161283
     S_5_b = -0.0280161283 * (c_5 * s_5)
-    t27 = S_5_a + 0.00115
+    t26 = S_5_a + 0.00115
     y0_5_5_n_x = s_5 * -1.0697399999999999e-05
     S_5t_23 = c_5 * -1.0697399999999999e-05
-    t32 = s_5 * -0.079443
+    t31 = s_5 * -0.079443
     h_5t_x = s_5 * 0.079443
     # link 4 (wrist_roll): composite body
-    t36 = S_5t_23 - 5.36544e-05
+    t35 = S_5t_23 - 5.36544e-05
     # link 4 (wrist_roll): composite body, before its turn
     ss_4 = s_4 * s_4
     sc_4 = c_4 * s_4
-    t41 = S_5_a + 0.0056497356
+    t39 = S_5_a + 0.0056497356
     S_4_p = s_5 * 2.1394799999999997e-05
-    t46 = ss_4 * t41 - sc_4 * S_4_p
-    t51 = s_4 * t36 - c_4 * S_5_b
-    t57 = s_4 * 0.029825999999999995 - c_4 * h_5t_x
+    t44 = ss_4 * t39 - sc_4 * S_4_p
+    t49 = s_4 * t35 - c_4 * S_5_b
+    t55 = s_4 * 0.029825999999999995 - c_4 * h_5t_x
     h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
     # link 3 (boom): composite body
-    t64 = s_5 * 1.0697399999999999e-05 - sc_4 * t41 - ss_4 * S_4_p
-    S_3_12 = t64 + 0.0203 * h_4t_y
-    t68 = t57 - 0.13134099999999999
+    t62 = s_5 * 1.0697399999999999e-05 - sc_4 * t39 - ss_4 * S_4_p
+    S_3_12 = t62 + h_4t_y * 0.0203
+    t67 = t55 - 0.13134099999999999
     y0_5_5_f_x = c_5 * 0.079443
     h_3_z = y0_5_5_f_x - 2.7499110000000004
     # link 3 (boom): composite body, before its turn
-    t74 = h_3_z + q_3 * 6.470000000000001
+    t72 = q_3 * 6.470000000000001
+    t73 = h_3_z + t72
     # link 2 (shoulder_tilt): composite body
-    t76 = t46 - 0.012499735599999895
-    y0_3_4_b_x = c_4 * t36 + s_4 * S_5_b - q_3 * h_4t_y
-    S_2_22 = q_3 * t74 + (S_5_a + q_3 * h_3_z) + 4.314419422000001
-    S_2_23 = t51 + c_5 * 0.0016126928999999999 - q_3 * t68 - 0.055823193300000004
-    # derivative: link 2 (shoulder_tilt): force, before its turn
-    t96 = c_2 * s_2
+    t75 = t44 - 0.012499735599999895
+    y0_3_4_b_x = c_4 * t35 + s_4 * S_5_b - q_3 * h_4t_y
+    t85 = t20 * 0.0280161283 - q_3 * (h_3_z + t73) - 4.314419422000001
+    S_2_23 = t49 + c_5 * 0.0016126928999999999 - q_3 * t67 - 0.055823193300000004
     # link 2 (shoulder_tilt): composite body, before its turn
-    h_2b_y = t68 + 0.99638
+    t96 = c_2 * s_2
+    h_2b_y = t67 + 0.99638
     # link 4 (wrist_roll): effort with joint 5
     y0_4_5_f_y = s_4 * y0_5_5_f_x
     # link 3 (boom): effort with joint 5
-    t124 = c_4 * 0.025716128300000002 + s_5 * 0.0016126928999999999
-    y0_3_5_b_x = y0_5_5_f_x * (q_3 * c_4) + (s_4 * y0_5_5_n_x + t124)
+    y0_3_5_b_x = c_4 * (q_3 * y0_5_5_f_x + 0.025716128300000002) + (s_4 * y0_5_5_n_x + s_5 * 0.0016126928999999999)
     y0_3_5_b_z = q_3 * y0_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * y0_5_5_n_x)
     # link 2 (shoulder_tilt): effort with joint 5
     y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
-    t134 = c_2 * (c_5 * 1.0697399999999999e-05 - 0.0203 * y0_4_5_f_y)
-    t139 = s_2 * y0_3_5_b_x + (t134 + y0_2_5_f_x * 0.154)
+    t126 = c_2 * (c_5 * 1.0697399999999999e-05 - 0.0203 * y0_4_5_f_y)
+    t131 = s_2 * y0_3_5_b_x + (t126 + y0_2_5_f_x * 0.154)
     # link 5 (wrist_bend): effort with joint 6
     y0_5_6_n_x = s_5 * 0.0002999999999999999
     # link 4 (wrist_roll): effort with joint 6
     y0_4_6_n_x = c_4 * y0_5_6_n_x
-    # derivative: link 4 (wrist_roll): acceleration
-    t145 = s_2 * s_4
-    t148 = 0.0002999999999999999 * (c_2 * c_5) - y0_5_6_n_x * t145
+    # link 2 (shoulder_tilt): effort with joint 6
+    t135 = s_2 * s_4
+    t139 = y0_5_6_n_x * t135 - 0.0002999999999999999 * (c_2 * c_5)
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t156 = s_2 * qd_1
-    t157 = c_2 * qd_1
-    # link 2 (shoulder_tilt): acceleration of its joint
-    a_2b_y = w_1_zz * -0.154
+    t147 = s_2 * qd_1
+    t148 = c_2 * qd_1
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t156 * t157
-    t163 = qd_2 * t156
-    t164 = qd_2 * t157
-    w_2_xx = t156 * t156
+    w_2_xy = t147 * t148
+    t150 = qd_2 * t147
+    t151 = qd_2 * t148
+    w_2_xx = t147 * t147
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t167 = w_2_xx + w_2_zz
-    U_2_zy = t164 * -2.0
+    t154 = w_2_xx + w_2_zz
+    U_2_zy = t151 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t170 = w_1_zz - t167
+    t157 = w_1_zz - t154
     # link 3 (boom): acceleration of its frame
-    t176 = a_2b_y - -2.0 * (qd_3 * t156)
-    t177 = t176 - q_3 * U_2_zy
-    t182 = s_2 * 9.81 - qd_2 * qd_3 * 2.0
-    t183 = q_3 * w_2_xy + t182
-    a_3_z = c_2 * 9.81 - q_3 * t167
+    t165 = 0.154 * w_1_zz - qd_3 * t147 * 2.0
+    t166 = q_3 * U_2_zy + t165
+    t171 = s_2 * 9.81 - 2.0 * (qd_2 * qd_3)
+    t172 = q_3 * w_2_xy + t171
+    a_3_z = c_2 * 9.81 - q_3 * t154
     # link 3 (boom): products of angular velocity
-    w_3_zz = t157 * t157
+    w_3_zz = t148 * t148
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t167 - w_3_zz
-    # link 3 (boom): Newton, inertial force
-    t188 = 2.7499110000000004 * t167
+    U_3_xx = w_2_zz - t154 - w_3_zz
     # link 4 (wrist_roll): angular velocity of link 3
-    t191 = s_4 * t156 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t156
+    t180 = s_4 * t147 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t147
     # link 4 (wrist_roll): acceleration field U along the axis
-    t197 = s_4 * w_2_xy - c_4 * U_2_zy
+    t186 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
-    t200 = 0.0203 * U_3_xx
-    t201 = t177 - t200
+    t189 = 0.0203 * U_3_xx
+    t190 = t166 + t189
     # link 4 (wrist_roll): acceleration
-    t204 = s_4 * t183 + c_4 * t201
+    t193 = s_4 * t172 - c_4 * t190
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t157
+    omega_4_z = qd_4 + t148
     # link 4 (wrist_roll): products of angular velocity
-    t209 = t191 * omega_4r_y
-    t210 = t191 * omega_4_z
-    w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t191 * t191
+    t198 = t180 * omega_4r_y
+    w_4_xy = -t198
+    t200 = t180 * omega_4_z
+    w_4_xx = t180 * t180
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t214 = t197 - t210
+    t203 = t186 - t200
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t163 - t209
-    t216 = w_4_xx + w_4_zz
-    t218 = 2.0 * w_4_yz
-    U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + t218
-    # link 4 (wrist_roll): Newton, inertial force
-    F_4_y = t216 * -0.029825999999999995
+    U_4_xy = t150 - t198
+    t205 = w_4_xx + w_4_zz
+    t207 = 2.0 * (omega_4r_y * omega_4_z)
+    U_4_zy = t207 + (c_4 * w_2_xy + s_4 * U_2_zy)
     # link 4 (wrist_roll): Euler, inertial moment
-    t222 = t167 - t216
+    t210 = t154 - t205
     # link 5 (wrist_bend): angular velocity of link 4
-    t225 = s_5 * omega_4_z + c_5 * t191
-    omega_5r_y = s_5 * t191 - c_5 * omega_4_z
+    t213 = s_5 * omega_4_z + c_5 * t180
+    omega_5r_y = s_5 * t180 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t231 = s_5 * U_4_zy - c_5 * U_4_xy
+    t219 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t238 = t225 * omega_5r_y
-    t239 = t225 * omega_5_z
-    w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t225 * t225
+    t226 = t213 * omega_5r_y
+    w_5_xy = -t226
+    t228 = t213 * omega_5_z
+    w_5_xx = t213 * t213
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t214 - t238
-    t244 = w_5_xx + w_5_zz
-    U_5_zx = t231 - 2.0 * t239
-    t248 = 2.0 * w_5_yz
-    U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + t248
+    U_5_xy = t203 - t226
+    t232 = w_5_xx + w_5_zz
+    U_5_zx = t219 - 2.0 * t228
+    t236 = 2.0 * (omega_5r_y * omega_5_z)
+    U_5_zy = t236 + (c_5 * U_4_zy + s_5 * U_4_xy)
     # link 5 (wrist_bend): Newton, inertial force
     F_5_x = -0.079443 * U_5_xy
-    F_5_y = 0.079443 * t244
+    F_5_y = 0.079443 * t232
     # link 5 (wrist_bend): Euler, inertial moment
-    t252 = t216 - t244
+    t241 = t205 - t232
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t225
-    omega_6r_y = s_6 * t225 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t213
+    omega_6r_y = s_6 * t213 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): products of angular velocity
     w_6_xy = omega_6r_x * omega_6r_y
-    w_6_xz = omega_6r_x * omega_6_z
-    w_6_yz = omega_6r_y * omega_6_z
     # link 6 (hand): angular acceleration
-    alpha_6_z = t231 - t239
+    alpha_6_z = t219 - t228
     # link 6 (hand): acceleration field U
-    t269 = 2.0 * w_6_xz
-    U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + t269
-    t272 = 2.0 * w_6_yz
-    U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + t272
+    t256 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = t256 + (s_6 * U_5_zy + c_6 * U_5_xy)
+    t260 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = t260 + (c_6 * U_5_zy - s_6 * U_5_xy)
     # link 6 (hand): Euler, inertial moment
     N_6_x = U_6_zy * 0.00014999999999999996
     N_6_y = U_6_zx * -0.00014999999999999996
     N_6_z = 0.0002999999999999999 * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t286 = 0.079443 * (c_4 * t183 - s_4 * t201) + U_5_zy * 0.0268661283
-    n_5_x = c_6 * N_6_x + (t286 + 1.0697399999999999e-05 * t252 - s_6 * N_6_y)
-    t295 = N_6_z + (1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013)
-    t299 = t214 * 0.0255661283 + 1.0697399999999999e-05 * t231
-    t304 = t299 + 0.079443 * (s_5 * a_3_z + c_5 * t204) - t238 * 0.0281661283
-    t306 = t304 - c_6 * N_6_y - s_6 * N_6_x
+    t275 = 0.079443 * (c_4 * t172 + s_4 * t190) + U_5_zy * 0.0268661283
+    n_5_x = c_6 * N_6_x + (t275 + 1.0697399999999999e-05 * t241 - s_6 * N_6_y)
+    t284 = N_6_z + (1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013)
+    t288 = t203 * 0.0255661283 + 1.0697399999999999e-05 * t219
+    t293 = t288 + 0.079443 * (s_5 * a_3_z + c_5 * t193) - t226 * 0.0281661283
+    t295 = t293 - c_6 * N_6_y - s_6 * N_6_x
     # link 5 (wrist_bend): force, before its turn
-    t307 = s_5 * F_5_y
-    t309 = c_5 * F_5_y
+    t296 = s_5 * F_5_y
+    t298 = c_5 * F_5_y
     # link 4 (wrist_roll): force from link 3
-    f_4_x = c_5 * F_5_x + (0.029825999999999995 * U_4_xy - t307)
-    f_4_y = F_4_y - 0.079443 * U_5_zy
-    f_4_z = 0.029825999999999995 * U_4_zy - t309 - s_5 * F_5_x
+    f_4_x = c_5 * F_5_x + (0.029825999999999995 * U_4_xy - t296)
+    t308 = t205 * -0.029825999999999995
+    t310 = 0.079443 * U_5_zy - t308
+    f_4_z = 0.029825999999999995 * U_4_zy - t298 - s_5 * F_5_x
     # link 4 (wrist_roll): moment from link 3
-    t326 = 0.029825999999999995 * a_3_z + U_4_zy * 0.0043497356
-    n_4_x = c_5 * n_5_x + (s_5 * t295 + (t326 - 5.36544e-05 * t222))
-    n_4_y = 5.36544e-05 * U_4_xy - t306
-    t337 = t163 * 0.0043497356 - 5.36544e-05 * t197 - 0.029825999999999995 * t204
-    t341 = s_5 * n_5_x + (t337 - t209 * 0.0043497356 - c_5 * t295)
+    t317 = 0.029825999999999995 * a_3_z + U_4_zy * 0.0043497356
+    n_4_x = c_5 * n_5_x + (s_5 * t284 + (t317 - 5.36544e-05 * t210))
+    n_4_y = 5.36544e-05 * U_4_xy - t295
+    t328 = 5.36544e-05 * t186 + 0.029825999999999995 * t193 - U_4_xy * 0.0043497356
+    t330 = c_5 * t284 + t328 - s_5 * n_5_x
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x + c_4 * f_4_y
+    f_4t_y = s_4 * f_4_x - c_4 * t310
     # link 3 (boom): force from link 2
-    t354 = t164 * -5.499822000000001 + 6.470000000000001 * t177
-    t358 = s_4 * f_4_y + (t354 - 0.13134099999999999 * U_3_xx - c_4 * f_4_x)
-    t361 = 2.7499110000000004 * w_2_xy - 6.470000000000001 * t183
-    f_3_y = f_4t_y + t361
-    f_3_z = f_4_z + (t188 + 6.470000000000001 * a_3_z)
+    t343 = t151 * 5.499822000000001 + 6.470000000000001 * t166
+    t346 = c_4 * f_4_x + (t343 + 0.13134099999999999 * U_3_xx)
+    t350 = 2.7499110000000004 * w_2_xy - 6.470000000000001 * t172
+    f_3_y = f_4t_y + t350
+    t352 = 2.7499110000000004 * t154
+    f_3_z = t352 + (f_4_z + 6.470000000000001 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t371 = t164 * -8.575106587400002 + 0.055823193300000004 * t170
-    t375 = t371 + 2.7499110000000004 * t177 - 0.13134099999999999 * a_3_z
-    t379 = c_4 * n_4_y + (s_4 * n_4_x + (t375 - 0.0203 * f_4_z))
-    n_2_x = t379 - q_3 * t358
-    t384 = 0.055823193300000004 * w_2_xy - t163 * 0.015999999999999792
-    t389 = t384 - 0.13134099999999999 * t183 - t341 + 0.0203 * f_4t_y
+    t361 = t151 * 8.575106587400002 - 0.055823193300000004 * t157
+    t365 = t361 + 2.7499110000000004 * t166 + 0.13134099999999999 * a_3_z
+    t370 = t365 + 0.0203 * f_4_z - s_4 * n_4_x - c_4 * n_4_y - q_3 * (s_4 * t310 + t346)
+    t374 = 0.055823193300000004 * w_2_xy - t150 * 0.015999999999999792
+    t379 = t330 + (t374 - 0.13134099999999999 * t172) + 0.0203 * f_4t_y
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t395 = u_5 + t306
-    t396 = u_6 - N_6_z
+    t385 = u_5 + t295
+    t386 = u_6 - N_6_z
     # solve: L D L^T
-    t398 = t148 * 49.26108374384237
-    t399 = y0_4_6_n_x * 49.26108374384237
-    t401 = c_5 * 0.014778325123152707
-    t409 = t139 * 8.148888119704473
-    t410 = y0_3_5_b_z * 8.148888119704473
-    t412 = s_5 * -0.6473721188936825
-    t414 = c_5 * -8.717191577172662e-05
-    t422 = s_2 * y0_3_4_b_x + c_2 * (t27 + 0.0203 * t57 - 0.0044997356)
-    t426 = t148 * t401 + (t422 - c_2 * t57 * 0.154) - t139 * t414
-    t430 = y0_4_6_n_x * t401 + (t51 - q_3 * t57) - y0_3_5_b_z * t414
-    t431 = t32 * t414
-    t434 = S_5t_23 * t414 + (t27 + c_5 * 0.0002999999999999999 * t401)
+    t388 = t139 * 49.26108374384237
+    t390 = t139 * -49.26108374384237
+    t391 = y0_4_6_n_x * 49.26108374384237
+    t392 = y0_4_6_n_x * -49.26108374384237
+    t394 = c_5 * 0.014778325123152707
+    t401 = t131 * 8.148888119704473
+    t403 = t131 * -8.148888119704473
+    t404 = y0_3_5_b_z * 8.148888119704473
+    t406 = s_5 * -0.6473721188936825
+    t408 = c_5 * -8.717191577172662e-05
+    t421 = c_2 * (t26 - t55 * 0.13369999999999999 - 0.0044997356)
+    t424 = t421 + (s_2 * y0_3_4_b_x - t139 * t394 - t131 * t408)
+    t428 = y0_4_6_n_x * t394 + (t49 - q_3 * t55) - y0_3_5_b_z * t408
+    t429 = t31 * t408
+    t434 = t26 + S_5t_23 * t408 + 0.0002999999999999999 * (c_5 * t394)
     t438 = 1.0 / (t434 - 0.1104997356)
-    t439 = t426 * t438
-    t440 = t430 * t438
-    t441 = t431 * t438
-    t449 = s_2 * t68 + s_2 * 0.99638 - t139 * t412 - t426 * t441
-    t452 = t430 * t441 + (h_4t_y + y0_3_5_b_z * t412)
-    t457 = 1.0 / (t32 * t412 - t431 * t441 - 7.252000000000001)
+    t439 = t424 * t438
+    t440 = t428 * t438
+    t441 = -t440
+    t442 = t429 * t438
+    t449 = t131 * t406 + t424 * t442 - s_2 * h_2b_y
+    t452 = t428 * t442 + (h_4t_y + y0_3_5_b_z * t406)
+    t457 = 1.0 / (t31 * t406 - t429 * t442 - 7.252000000000001)
     t458 = t449 * t457
-    t459 = t452 * t457
-    t464 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t74 - s_2 * h_4t_y) * 0.154
-    t468 = t449 * t459 + (t139 * t410 + (t148 * t399 + t464) - t426 * t440)
-    t472 = y0_3_5_b_z * t410 + (y0_4_6_n_x * t399 + (t76 - S_2_22))
-    t477 = 1.0 / (t472 - t430 * t440 - t452 * t459 - 2.193)
-    t478 = t468 * t477
-    t487 = t76 + (t27 - t46 + t57 * 0.0406 - t68 * 0.154) - (t76 + S_2_22) * (s_2 * s_2)
-    t492 = t148 * t398 + (t487 + y0_3_4_b_x * t96 * 2.0 - h_2b_y * 0.154)
-    t496 = t139 * t409 + t492 - t426 * t439 - t449 * t458 - t468 * t478
-    t508 = u_4 + t341 - t396 * t401 - t395 * t414
-    t514 = u_3 - f_3_z - t395 * t412 - t441 * t508
-    t521 = u_2 + w_2_xy * 4.279553293700001 - 2.7499110000000004 * t183
-    t525 = t396 * t399 + (c_4 * n_4_x + t521 - s_4 * n_4_y - q_3 * f_3_y)
-    t528 = t440 * t508 + (t525 - t395 * t410) - t459 * t514
-    t534 = s_2 * n_2_x + (u_1 + 0.154 * f_2t_x - c_2 * t389) - t396 * t398
-    t538 = t478 * t528 + (t395 * t409 + t534 - t439 * t508 - t458 * t514)
-    t539 = 1.0 / (t496 - 1.4339328644)
-    t540 = t538 * t539
-    t547 = t477 * t528 + t478 * t540
-    t551 = t457 * t514 - t458 * t540 - t459 * t547
-    t557 = t440 * t547 + (t438 * t508 - t439 * t540) - t441 * t551
-    t562 = t410 * t547 + (t395 * 8.148888119704473 - t409 * t540)
-    t568 = t396 * 49.26108374384237 + t398 * t540 - t399 * t547
-    # derivative: link 1 (shoulder_pan): Euler, inertial moment
-    t571 = t540 * -0.5
-    t573 = t540 * -0.00041208999999999994
+    t459 = -t458
+    t460 = t452 * t457
+    t465 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t73 - s_2 * h_4t_y) * 0.154
+    t469 = t131 * t404 + (t465 - t139 * t391) - t424 * t440 - t449 * t460
+    t473 = y0_3_5_b_z * t404 + (y0_4_6_n_x * t391 + (t75 + t85))
+    t478 = 1.0 / (t473 - t428 * t440 - t452 * t460 - 2.193)
+    t479 = t469 * t478
+    t480 = -t479
+    t489 = t75 + (t26 - t44 + t55 * 0.0406) - (t75 - t85) * (s_2 * s_2)
+    t493 = t131 * t401 + (t139 * t388 + t489) - t424 * t439 - t449 * t458
+    t498 = t493 - t469 * t479 - 0.154 * (t67 + h_2b_y) + 2.0 * (y0_3_4_b_x * t96)
+    t510 = u_4 - t330 - t386 * t394 - t385 * t408
+    t516 = u_3 - f_3_z - t385 * t406 - t442 * t510
+    t523 = u_2 + w_2_xy * 4.279553293700001 - 2.7499110000000004 * t172
+    t527 = t386 * t391 + (c_4 * n_4_x + t523 - s_4 * n_4_y - q_3 * f_3_y)
+    t530 = t440 * t510 + (t527 - t385 * t404) - t460 * t516
+    t536 = t386 * t388 + (u_1 + 0.154 * f_2t_x - c_2 * t379 - s_2 * t370)
+    t540 = t479 * t530 + (t458 * t516 + (t385 * t401 + t536 - t439 * t510))
+    t541 = 1.0 / (t498 - 1.4339328644)
+    t542 = t540 * t541
+    t547 = t478 * t530 + t479 * t542
+    t551 = t457 * t516 + t458 * t542 - t460 * t547
+    t557 = t440 * t547 + (t438 * t510 - t439 * t542) - t442 * t551
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    t574 = c_2 * t540
-    t575 = s_2 * t540
+    t565 = c_2 * t542
+    t566 = s_2 * t542
     # link 2 (shoulder_tilt): acceleration of its joint
-    a_2b_x = 0.154 * t540
+    a_2b_x = 0.154 * t542
     # link 2 (shoulder_tilt): angular acceleration
-    alpha_2_y = t163 + t574
+    alpha_2_y = t150 + t565
     # link 2 (shoulder_tilt): acceleration field U
     U_2_xy = w_2_xy + t547
-    t583 = t164 * 2.0 - t575
+    t574 = t151 * 2.0 - t566
     # derivative: link 2 (shoulder_tilt): Euler, inertial moment
-    t584 = -0.5 * t583
-    t586 = t583 * 0.5
-    t589 = t574 * -2.7499110000000004
-    t592 = w_2_xy * 0.5 + t547 * 0.5
+    t576 = t574 * 0.5
     # link 3 (boom): acceleration of its joint
-    t594 = q_3 * t583
+    t578 = q_3 * t574
     # link 3 (boom): acceleration of its frame
-    t595 = t176 + t594
-    t597 = t182 + (q_3 * U_2_xy - c_2 * a_2b_x)
-    t599 = s_2 * a_2b_x + (a_3_z - t551)
+    t579 = t165 - t578
+    t581 = q_3 * U_2_xy + (t171 - c_2 * a_2b_x)
+    t583 = s_2 * a_2b_x + (a_3_z - t551)
     # link 3 (boom): acceleration field U
-    U_3_yx = t163 - alpha_2_y
+    U_3_yx = t150 - alpha_2_y
     # derivative: link 3 (boom): Newton, inertial force
-    t601 = t200 - t595
-    t605 = 6.470000000000001 * U_3_yx
-    t608 = 6.470000000000001 * t574
-    t609 = s_2 * -6.470000000000001
-    t611 = t597 - 0.0203 * U_3_yx
-    t613 = U_2_xy * 1.08
-    t615 = U_2_xy * 0.6447 - t611
-    t617 = U_2_xy * -4.25
-    a_4b_z = t599 + t575 * -0.0203
-    t623 = a_4b_z + t167 * 0.6447
+    t585 = t189 + t579
+    t589 = 6.470000000000001 * U_3_yx
+    t590 = 6.470000000000001 * t565
+    t592 = s_2 * -6.470000000000001
+    t594 = t581 - 0.0203 * U_3_yx
+    t596 = U_2_xy * 1.08
+    t598 = U_2_xy * 0.6447 - t594
+    t600 = U_2_xy * -4.25
+    t602 = 0.0203 * t566 - t583
+    t603 = t154 * 0.6447
+    t605 = t602 - t603
     # derivative: link 3 (boom): Euler, inertial moment
-    t624 = 0.0203 * t599
-    t625 = t597 * -0.0203
+    t606 = 0.0203 * t583
     # link 4 (wrist_roll): acceleration field U along the axis
-    t628 = s_4 * U_2_xy + c_4 * t583
+    t609 = s_4 * U_2_xy + c_4 * t574
     # link 4 (wrist_roll): acceleration
-    t637 = s_4 * t611 - c_4 * t601
+    t618 = s_4 * t594 - c_4 * t585
     # derivative: link 4 (wrist_roll): acceleration
-    t638 = s_4 * t574 + c_4 * w_1_zz
-    t639 = s_4 * U_3_yx + c_4 * U_3_xx
+    t619 = s_4 * t565 + c_4 * w_1_zz
+    t620 = s_4 * U_3_yx + c_4 * U_3_xx
     # link 4 (wrist_roll): acceleration
-    t646 = c_4 * t611 + s_4 * t601
+    t627 = c_4 * t594 + s_4 * t585
     # link 4 (wrist_roll): angular acceleration
-    t649 = t210 - t628
-    t650 = t557 + alpha_2_y
+    t630 = t200 - t609
+    t631 = t557 + alpha_2_y
     # link 4 (wrist_roll): acceleration field U
-    t651 = t209 - t650
-    t652 = t210 + t649
-    t654 = t218 + c_4 * U_2_xy - s_4 * t583
+    t632 = t198 - t631
+    t633 = t200 + t630
+    t635 = t207 + c_4 * U_2_xy - s_4 * t574
     # derivative: link 4 (wrist_roll): Newton, inertial force
-    t656 = t651 * -0.63
-    t658 = t651 * 0.0054
-    t660 = t651 * -1.08
-    t661 = t216 * -0.63
-    t662 = t216 * 0.0054
-    t663 = t216 * -1.08
+    t637 = t632 * -0.63
+    t639 = t632 * 0.0054
+    t641 = t632 * -1.08
+    t642 = t205 * -0.63
+    t643 = t205 * 0.0054
+    t644 = t205 * -1.08
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t666 = t222 * -0.005832
-    t667 = 0.5 * t654
-    t668 = -0.5 * t654
-    t675 = t222 * 4.968e-05 + a_4b_z * 0.0054 - t654 * 2.9160000000000002e-05
-    t682 = t222 * 0.009936 + 1.08 * a_4b_z - t654 * 0.011664
-    t683 = -0.5 * t652
-    t684 = 0.5 * t652
-    t686 = t651 * -4.968e-05
-    t687 = t651 * -0.005832
-    t688 = t651 * 0.009936
-    t689 = t628 * -0.005832
-    t699 = t209 * 2.9160000000000002e-05 + t628 * 4.968e-05 - t650 * 2.9160000000000002e-05
-    t704 = t209 * 0.011664 + t628 * 0.009936 - t650 * 0.011664
-    t711 = t209 * 0.00320356 + t637 * 0.0566 - t650 * 0.00320356
-    t718 = t209 * 0.07131599999999999 + t637 * 0.63 - t650 * 0.07131599999999999
+    t646 = t210 * -0.005832
+    t647 = 0.5 * t635
+    t649 = t635 * -0.5
+    t656 = t210 * 4.968e-05 - t602 * 0.0054 - t635 * 2.9160000000000002e-05
+    t663 = t210 * 0.009936 - 1.08 * t602 - t635 * 0.011664
+    t664 = t633 * -0.5
+    t665 = 0.5 * t633
+    t667 = t632 * -4.968e-05
+    t668 = t632 * -0.005832
+    t669 = t632 * 0.009936
+    t670 = t609 * -0.005832
     # link 5 (wrist_bend): acceleration field U along the axis
-    t721 = s_5 * t654 + c_5 * t651
+    t673 = s_5 * t635 + c_5 * t632
     # derivative: link 5 (wrist_bend): acceleration
-    t725 = s_5 * t575
+    t677 = s_5 * t566
     # link 5 (wrist_bend): acceleration
-    t731 = s_5 * a_4b_z + c_5 * t637
+    t683 = s_5 * t602 - c_5 * t618
     # derivative: link 5 (wrist_bend): acceleration
-    t732 = t725 - c_5 * t638
-    t733 = c_2 * s_5 + c_5 * t145
-    t734 = t725 + c_5 * t639
+    t684 = t677 - c_5 * t619
+    t685 = c_2 * s_5 + c_5 * t135
+    t686 = t677 + c_5 * t620
     # link 5 (wrist_bend): angular acceleration
-    t735 = t239 - t721
-    # derivative of effort
-    t736 = t412 * t551 + t562 + t414 * t557
-    # link 5 (wrist_bend): angular acceleration
-    alpha_5_z = t649 + t736
+    t687 = t228 - t673
+    t690 = t404 * t547 + (t385 * 8.148888119704473 - t401 * t542)
+    t692 = t408 * t557 + (t406 * t551 + t690)
+    alpha_5_z = t630 + t692
     # link 5 (wrist_bend): acceleration field U
-    t738 = t238 + alpha_5_z
-    t739 = t239 + t735
-    t741 = t248 + c_5 * t654 - s_5 * t651
+    t694 = t226 + alpha_5_z
+    t695 = t228 + t687
+    t697 = t236 + c_5 * t635 - s_5 * t632
     # link 5 (wrist_bend): Newton, inertial force
-    t742 = 0.079443 * t738
+    t698 = 0.079443 * t694
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t744 = t738 * 0.1554
-    t746 = t738 * 0.51
-    t748 = t738 * 0.0003
-    t749 = 0.63 * t738
-    t750 = t244 * 0.1554
-    t751 = t244 * 0.51
-    t752 = t244 * 0.0003
-    t753 = t244 * 0.63
-    t755 = t741 * -0.1554
-    t757 = t741 * -0.51
-    t758 = -0.63 * t741
+    t700 = t694 * 0.1554
+    t702 = t694 * 0.51
+    t704 = t694 * 0.0003
+    t706 = t694 * 0.63
+    t707 = t232 * 0.1554
+    t708 = t232 * 0.51
+    t709 = t232 * 0.0003
+    t710 = t232 * 0.63
+    t712 = t697 * -0.1554
+    t714 = t697 * -0.51
+    t715 = -0.63 * t697
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t760 = t252 * 0.00018899999999999999
-    t761 = 0.5 * t741
-    t762 = -0.079443 * (c_4 * t574 - s_4 * w_1_zz)
-    t764 = 0.079443 * (s_2 * c_4)
-    t765 = -0.079443 * (c_4 * U_3_yx - s_4 * U_3_xx)
-    t772 = t252 * 1.6979999999999997e-05 + t646 * 0.0003 + t741 * 8.999999999999999e-08
-    t779 = t252 * 0.035657999999999995 + t646 * 0.63 + t741 * 0.00037799999999999997
-    t783 = t646 * 0.1554 + t741 * 0.024149160000000003
-    t787 = t646 * 0.51 + t741 * 0.158508
-    t788 = t738 * 1.6979999999999997e-05
-    t789 = t738 * 0.00018899999999999999
-    t790 = t738 * 0.035657999999999995
-    t791 = -0.5 * t739
-    t792 = 0.5 * t739
-    t793 = t721 * 0.00018899999999999999
-    t798 = 0.079443 * t732
-    t799 = 0.079443 * t733
-    t800 = -0.079443 * t734
-    t803 = t238 * 0.5 + 0.5 * alpha_5_z
-    t806 = t238 * 0.024149160000000003 + alpha_5_z * 0.024149160000000003
-    t812 = t238 * 8.999999999999999e-08 - t721 * 1.6979999999999997e-05
-    t816 = t721 * -0.00018899999999999999
-    t819 = t238 * 0.00037799999999999997 - t721 * 0.035657999999999995
-    t822 = t731 * 0.1554 - t806
-    t823 = t731 * 0.51 - (t238 * 0.158508 + alpha_5_z * 0.158508)
-    t824 = t731 * 0.0003 - (t812 + alpha_5_z * 8.999999999999999e-08)
-    t825 = 0.63 * t731 - (t819 + alpha_5_z * 0.00037799999999999997)
-    t826 = -0.079443 * t732
-    t827 = -0.079443 * t733
-    t828 = 0.079443 * t734
+    t717 = t241 * 0.00018899999999999999
+    t718 = 0.5 * t697
+    t719 = -0.079443 * (c_4 * t565 - s_4 * w_1_zz)
+    t721 = 0.079443 * (s_2 * c_4)
+    t722 = -0.079443 * (c_4 * U_3_yx - s_4 * U_3_xx)
+    t729 = t241 * 1.6979999999999997e-05 + t627 * 0.0003 + t697 * 8.999999999999999e-08
+    t736 = t241 * 0.035657999999999995 + t627 * 0.63 + t697 * 0.00037799999999999997
+    t740 = t627 * 0.1554 + t697 * 0.024149160000000003
+    t744 = t627 * 0.51 + t697 * 0.158508
+    t745 = t694 * 1.6979999999999997e-05
+    t746 = t694 * 0.00018899999999999999
+    t747 = t694 * 0.035657999999999995
+    t748 = -0.5 * t695
+    t749 = 0.5 * t695
+    t750 = t673 * 0.00018899999999999999
+    t751 = 0.079443 * t684
+    t752 = 0.079443 * t685
+    t753 = -0.079443 * t686
+    t755 = t673 * -0.00018899999999999999
+    t758 = t683 * -0.1554 - t694 * 0.024149160000000003
+    t761 = t683 * -0.51 - t694 * 0.158508
+    t766 = t673 * 1.6979999999999997e-05 - t683 * 0.0003 - t694 * 8.999999999999999e-08
+    t771 = t673 * 0.035657999999999995 - t683 * 0.63 - t694 * 0.00037799999999999997
+    t772 = -0.079443 * t684
+    t773 = -0.079443 * t685
+    t774 = 0.079443 * t686
     # link 6 (hand): acceleration field U
-    t834 = t269 + s_6 * t741 - c_6 * t738
-    t836 = s_6 * t738 + (t272 + c_6 * t741)
+    t780 = t256 + s_6 * t697 - c_6 * t694
+    t782 = s_6 * t694 + (t260 + c_6 * t697)
     # derivative: link 6 (hand): Euler, inertial moment
-    t837 = 0.5 * t836
-    t838 = -0.5 * t836
-    t839 = 0.5 * t834
-    t840 = -0.5 * t834
+    t783 = 0.5 * t782
+    t784 = -0.5 * t782
+    t785 = 0.5 * t780
+    t786 = -0.5 * t780
+    t787 = -w_6_xy
     # derivative: link 6 (hand): moment, before its turn
-    t841 = s_6 * t840
-    t843 = c_6 * t837
-    t845 = c_6 * t840
-    t847 = s_6 * t837
+    t788 = s_6 * t786
+    t790 = c_6 * t783
+    t792 = c_6 * t786
+    t794 = s_6 * t783
     # derivative: link 5 (wrist_bend): moment from link 4
-    t850 = t761 + t841 - t843
-    t852 = t843 + (t761 - s_6 * t839)
-    t854 = c_6 * t838 + (t761 - t841)
-    # derivative of effort
-    t855 = t568 + t401 * t557
-    # derivative: link 5 (wrist_bend): moment from link 4
-    t856 = t855 - t735
-    t858 = t803 - t845 - t847
-    t860 = s_6 * t838 + (t803 + t845)
-    t862 = t847 + (t803 + c_6 * t839)
+    t797 = t718 + t788 - t790
+    t799 = t790 + (t718 - s_6 * t785)
+    t801 = c_6 * t784 + (t718 - t788)
+    t804 = t386 * 49.26108374384237 - t388 * t542 - t391 * t547
+    t805 = t394 * t557 + t804
+    t806 = t687 - t805
+    t807 = 0.5 * t694
+    t809 = t807 - (t792 + t794)
+    t811 = t807 + (t792 + s_6 * t784)
+    t813 = t807 + (c_6 * t785 + t794)
     # derivative: link 5 (wrist_bend): force, before its turn
-    t872 = s_5 * t750 - c_5 * t744
-    t873 = s_5 * t751 - c_5 * t746
-    t874 = s_5 * t753 - c_5 * t749
-    t885 = c_5 * t750 + s_5 * t744
-    t886 = c_5 * t751 + s_5 * t746
-    t887 = c_5 * t753 + s_5 * t749
+    t823 = s_5 * t707 - c_5 * t700
+    t824 = s_5 * t708 - c_5 * t702
+    t825 = s_5 * t710 - c_5 * t706
+    t835 = c_5 * t707 + s_5 * t700
+    t836 = c_5 * t708 + s_5 * t702
+    t837 = c_5 * t710 + s_5 * t706
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t893 = s_5 * w_6_xy
-    t895 = c_5 * t783
-    t896 = c_5 * t787
-    t903 = c_5 * t761
-    t907 = s_5 * t790 - c_5 * t779
-    t908 = t893 + c_5 * t854
-    t909 = t893 - c_5 * t852
-    t910 = s_5 * t856 - c_5 * t850
-    t916 = c_5 * w_6_xy
-    t918 = s_5 * t783
-    t919 = s_5 * t787
-    t926 = s_5 * t761
-    t931 = c_5 * t790 + s_5 * t779
-    t933 = t916 - s_5 * t854
-    t934 = t916 + s_5 * t852
-    t935 = c_5 * t856 + s_5 * t850
+    t843 = s_5 * w_6_xy
+    t845 = c_5 * t740
+    t846 = c_5 * t744
+    t853 = c_5 * t718
+    t857 = s_5 * t747 - c_5 * t736
+    t858 = t843 + c_5 * t801
+    t859 = t843 - c_5 * t799
+    t860 = s_5 * t806 + c_5 * t797
+    t866 = c_5 * w_6_xy
+    t868 = s_5 * t740
+    t869 = s_5 * t744
+    t876 = s_5 * t718
+    t877 = s_5 * t801
+    t880 = c_5 * t747 + s_5 * t736
+    t883 = t866 + s_5 * t799
+    t884 = c_5 * t806 - s_5 * t797
     # derivative: link 4 (wrist_roll): force from link 3
-    t941 = s_5 * t752 + t651 * 0.0566 - c_5 * t748
-    t946 = t216 * 0.0566 + t741 * 0.0003
-    t949 = t654 * 0.0566 - c_5 * t752 - s_5 * t748
+    t891 = s_5 * t709 + t632 * 0.0566 - c_5 * t704
+    t896 = t205 * 0.0566 + t697 * 0.0003
+    t899 = t635 * 0.0566 - c_5 * t709 - s_5 * t704
     # derivative: link 4 (wrist_roll): moment from link 3
-    t954 = c_5 * t772 + (a_4b_z * 0.0566 + t654 * 0.00320356 - s_5 * t788)
-    t955 = 0.029825999999999995 * t575
-    t956 = c_5 * t762 + t955
-    t958 = c_5 * t764 + c_2 * 0.029825999999999995
-    t959 = t955 - c_5 * t765
-    t963 = a_4b_z * 0.63 + t654 * 0.07131599999999999 - s_5 * t789
-    t964 = c_5 * t760 + t963
-    t966 = t903 + (t668 - s_5 * t792)
-    t968 = t903 + (t667 - s_5 * t791)
+    t905 = s_5 * t745 + (t602 * 0.0566 - t635 * 0.00320356) - c_5 * t729
+    t906 = 0.029825999999999995 * t566
+    t907 = c_5 * t719 + t906
+    t909 = c_5 * t721 + c_2 * 0.029825999999999995
+    t910 = c_5 * t722 - t906
+    t915 = s_5 * t746 + (t602 * 0.63 - t635 * 0.07131599999999999)
+    t916 = t915 - c_5 * t717
+    t918 = t647 + s_5 * t749 - t853
+    t920 = t853 + (t647 - s_5 * t748)
     # link 4 (wrist_roll): force, before its turn
-    t987 = s_4 * (t307 + 0.029825999999999995 * t651 - c_5 * t742)
+    t939 = s_4 * (t296 + 0.029825999999999995 * t632 - c_5 * t698)
     # derivative: link 4 (wrist_roll): force, before its turn
-    t1004 = s_4 * t941 + c_4 * t946
-    t1005 = s_4 * t656 + c_4 * t661
-    t1006 = s_4 * t658 + c_4 * t662
-    t1007 = s_4 * t660 + c_4 * t663
-    t1008 = s_4 * t872 - c_4 * t755
-    t1009 = s_4 * t873 - c_4 * t757
-    t1010 = s_4 * t874 - c_4 * t758
+    t955 = s_4 * t891 + c_4 * t896
+    t956 = s_4 * t637 + c_4 * t642
+    t957 = s_4 * t639 + c_4 * t643
+    t958 = s_4 * t641 + c_4 * t644
+    t959 = s_4 * t823 - c_4 * t712
+    t960 = s_4 * t824 - c_4 * t714
+    t961 = s_4 * t825 - c_4 * t715
     # derivative: link 4 (wrist_roll): moment, before its turn
-    t1011 = c_4 * t667
-    t1032 = s_4 * t684
-    t1047 = s_4 * t667
-    t1068 = c_4 * t684
-    # link 3 (boom): force from link 2
-    t1097 = U_2_xy * -2.7499110000000004 - t597 * -6.470000000000001
-    t1098 = t987 - c_4 * (F_4_y - 0.079443 * t741) + t1097
+    t962 = c_4 * t647
+    t983 = s_4 * t665
+    t998 = s_4 * t647
+    t1019 = c_4 * t665
     # derivative: link 3 (boom): force from link 2
-    t1101 = t611 + t1004
-    t1104 = t1006 + (U_2_xy * 0.0092 - t611)
-    t1105 = t611 + t1008
-    # link 3 (boom): force from link 2
-    t1107 = 0.029825999999999995 * t654 + (6.470000000000001 * t599 - (t309 + s_5 * t742))
-    t1108 = 0.13134099999999999 * t575
-    # derivative: link 3 (boom): force from link 2
-    t1111 = a_4b_z + t949
-    t1115 = a_4b_z + t167 * 0.0092 - t654 * 0.0054
-    t1116 = a_4b_z - t885
+    t1048 = t594 + t955
+    t1051 = t957 + (U_2_xy * 0.0092 - t594)
+    t1052 = t594 + t959
+    t1053 = t602 - t899
+    t1055 = t154 * 0.0092 - t602
+    t1056 = t635 * 0.0054
+    t1058 = t602 + t835
     # derivative: link 3 (boom): moment from link 2
-    t1119 = c_2 * 0.13134099999999999 - s_4 * t958 - c_4 * t827
+    t1061 = c_2 * 0.13134099999999999 - s_4 * t909 - c_4 * t773
     # derivative: link 3 (boom): moment, in frame 2
-    t1120 = q_3 * (c_4 * t658 + (t601 + t583 * 0.0092) - s_4 * t662)
-    t1134 = c_4 * t824 + (t624 + 0.0203 * t949 - s_4 * t954) - q_3 * (s_4 * t946 + (t601 - c_4 * t941))
-    t1139 = c_4 * t822 + (t624 - 0.0203 * t885 - s_4 * t895) - q_3 * (t601 - c_4 * t872 - s_4 * t755)
-    t1143 = t1108 + 2.7499110000000004 * w_1_zz - s_4 * t956 - c_4 * t826
-    t1150 = t654 * 0.012789 - s_4 * t964 - c_4 * t816 - q_3 * (c_4 * t656 - s_4 * t661)
-    t1155 = t654 * 0.021924 - s_4 * t682 - c_4 * t688 - q_3 * (c_4 * t660 - s_4 * t663)
-    t1159 = s_4 * t896 + 0.0203 * t886 - c_4 * t823 - q_3 * (c_4 * t873 + s_4 * t757)
-    t1163 = 0.0203 * t887 - s_4 * t907 - c_4 * t825 - q_3 * (c_4 * t874 + s_4 * t758)
+    t1062 = q_3 * (c_4 * t639 + (t585 + t574 * 0.0092) - s_4 * t643)
+    t1074 = c_4 * t766 + (s_4 * t905 + (t606 + 0.0203 * t899)) - q_3 * (s_4 * t896 + (t585 - c_4 * t891))
+    t1079 = c_4 * t758 + (t606 - 0.0203 * t835 - s_4 * t845) - q_3 * (t585 - c_4 * t823 - s_4 * t712)
+    t1086 = s_4 * t916 + t635 * 0.012789 - c_4 * t755 - q_3 * (c_4 * t637 - s_4 * t642)
+    t1091 = t635 * 0.021924 - s_4 * t663 - c_4 * t669 - q_3 * (c_4 * t641 - s_4 * t644)
+    t1095 = s_4 * t846 + 0.0203 * t836 - c_4 * t761 - q_3 * (c_4 * t824 + s_4 * t714)
+    t1099 = 0.0203 * t837 - s_4 * t857 - c_4 * t771 - q_3 * (c_4 * t825 + s_4 * t715)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1183 = t170 * 0.00018675999999999998 - t583 * 8.464e-05 + t595 * 0.0092
-    t1189 = c_4 * t686 + (t1183 - t624 + t654 * 0.00010962 - s_4 * t675)
-    t1198 = t170 * 0.021924 - t583 * 0.019872 + t594 * 1.08 + t595 * 1.08
-    t1207 = t170 * 0.01308741 - t583 * 0.41563809000000007 + t595 * 0.6447
-    t1214 = t170 * 0.08627499999999999 - t583 * 5.4799500000000005
-    t1222 = c_4 * t828 + (2.7499110000000004 * t170 - s_4 * t959)
-    # solve: L D L^T
-    t1232 = 0.029825999999999995 * t639 + s_5 * t765
+    t1119 = t157 * 0.00018675999999999998 - t574 * 8.464e-05 - t579 * 0.0092
+    t1125 = c_4 * t667 + (t1119 - t606 + t635 * 0.00010962 - s_4 * t656)
+    t1127 = t578 - t579
+    t1133 = c_4 * t668 + (s_4 * t646 + (t157 * 0.021924 - t574 * 0.019872))
+    t1142 = t157 * 0.01308741 - t574 * 0.41563809000000007 - t579 * 0.6447
+    t1149 = t157 * 0.08627499999999999 - t574 * 5.4799500000000005
+    t1156 = t298 - 6.470000000000001 * t583 - 0.029825999999999995 * t635
+    t1157 = s_5 * t698 + t1156
+    t1161 = c_4 * t774 + (s_4 * t910 + 2.7499110000000004 * t157)
     # derivative of effort
-    t1236 = t637 * 0.0054 - t699
+    t1172 = s_5 * t722 + 0.029825999999999995 * t620
+    t1175 = 2.7499110000000004 * U_2_xy - 6.470000000000001 * t581
+    t1177 = c_4 * (t308 - 0.079443 * t697) + (t1175 - t939)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1240 = t625 + U_2_xy * 0.00018675999999999998 + 0.0203 * t1006
-    t1242 = t711 - (c_5 * t788 + s_5 * t772)
-    t1249 = 0.029825999999999995 * t638 + s_5 * t762
-    t1252 = t145 * -0.029825999999999995 + s_5 * t764
+    t1180 = t581 * -0.0203
+    t1181 = 0.0203 * t581
     # derivative of effort
-    t1255 = t637 * -1.08 + t704
+    t1188 = t609 * 4.968e-05 - t618 * 0.0054 + t632 * 2.9160000000000002e-05
+    t1189 = -t1188
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1260 = t209 * 0.5 - 0.5 * t650
-    t1262 = t1260 - c_5 * t791 - t926
-    t1263 = t718 - (c_5 * t789 + s_5 * t760)
-    t1267 = t1260 + (c_5 * t792 + t926)
+    t1193 = U_2_xy * 0.00018675999999999998 + 0.0203 * t957 - t1181
+    # derivative of effort
+    t1199 = s_5 * t729 - (t618 * 0.0566 + t632 * 0.00320356 - c_5 * t745)
+    t1207 = s_5 * t721 - 0.029825999999999995 * t135
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1214 = t609 * 0.009936 - 1.08 * t618 + t632 * 0.011664
+    t1217 = 0.5 * t632
+    t1219 = c_5 * t748 + t876 - t1217
+    # derivative of effort
+    t1223 = t618 * 0.63 + t632 * 0.07131599999999999 - c_5 * t746
+    t1224 = s_5 * t717 - t1223
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1228 = t1217 + (c_5 * t749 + t876)
     # derivative: link 2 (shoulder_tilt): force, before its turn
-    t1294 = s_2 * t167
-    t1295 = s_2 * t654
-    t1302 = 6.470000000000001 * (s_2 * t575)
+    t1252 = s_2 * t154
+    t1253 = s_2 * t635
+    t1261 = 6.470000000000001 * (s_2 * t566)
     # derivative: link 2 (shoulder_tilt): moment, before its turn
-    t1323 = 0.5 * (c_2 * (t163 + alpha_2_y))
-    t1339 = s_2 * t584
-    t1340 = s_2 * (q_3 * (t601 + t583 * 0.6447) + (t1207 - t624))
-    t1348 = s_2 * (t1222 + 6.470000000000001 * (q_3 * U_3_xx) - t1107)
-    # solve: L D L^T
-    t1366 = t1252 - t414 * t799
-    t1372 = t441 * t1366 + (t412 * t799 + c_2 * 6.470000000000001)
-    t1377 = s_4 * t827 + (s_2 * 2.7499110000000004 - c_4 * t958)
-    t1381 = t410 * t799 + (q_3 * t609 + t1377) - t440 * t1366 - t459 * t1372
-    t1384 = c_2 * (t1252 + s_2 * 0.13134099999999999) + 0.154 * (c_2 * t609 + 6.470000000000001 * t96)
-    t1388 = t458 * t1372 + (t409 * t799 + (t1384 - s_2 * t1119) - t439 * t1366)
-    t1390 = t539 * (t1388 - t478 * t1381)
-    t1398 = t477 * t1381 - t478 * t1390
-    t1402 = t457 * t1372 + t458 * t1390 - t459 * t1398
-    t1408 = t441 * t1402 + (t438 * t1366 - t439 * t1390 - t440 * t1398)
-    t1415 = t733 * 0.6473721188936825 - t409 * t1390 - t410 * t1398
-    t1427 = t1249 - t414 * t798
-    t1431 = 6.470000000000001 * t575
-    t1433 = t441 * t1427 + (t412 * t798 + t1431)
-    t1439 = t410 * t798 + (q_3 * t608 + (s_4 * t826 + (t589 - c_4 * t956)))
-    t1441 = t1439 - t440 * t1427 - t459 * t1433
-    t1445 = t540 * 0.4869720000000003 - c_2 * (t1098 - 0.13134099999999999 * U_3_yx)
-    t1448 = s_2 * (t1107 + (t188 - t1108)) + t1445 + 0.154 * (c_2 * t608 + t1302)
-    t1450 = t1448 - c_2 * (0.13134099999999999 * t574 - t1249) - s_2 * (t1143 - 6.470000000000001 * (q_3 * w_1_zz))
-    t1453 = t458 * t1433 + (t409 * t798 + t1450 - t439 * t1427)
-    t1455 = t539 * (t1453 - t478 * t1441)
-    t1462 = t477 * t1441 - t478 * t1455
-    t1466 = t457 * t1433 + t458 * t1455 - t459 * t1462
-    t1472 = t441 * t1466 + (t438 * t1427 - t439 * t1455 - t440 * t1462)
-    t1479 = t732 * 0.6473721188936825 - t409 * t1455 - t410 * t1462
-    t1491 = t1232 - t414 * t800
-    t1496 = t1431 - t412 * t800 - t441 * t1491
-    t1502 = t589 - c_4 * t959 - s_4 * t828 - q_3 * t605 - t410 * t800
-    t1504 = t440 * t1491 + t1502 - t459 * t1496
-    t1509 = t540 * 0.26268199999999997 + 0.154 * (c_2 * t605 - t1302)
-    t1512 = t409 * t800 + (t1348 + (c_2 * (t1098 + t1232) + t1509))
-    t1515 = t478 * t1504 + (t1512 - t439 * t1491 - t458 * t1496)
-    t1516 = t539 * t1515
-    t1523 = t477 * t1504 + t478 * t1516
-    t1526 = t459 * t1523
-    t1527 = t457 * t1496 - t458 * t1516
-    t1528 = t1527 - t1526
-    t1532 = t441 * t1528
-    t1534 = t440 * t1523 + (t438 * t1491 - t439 * t1516)
-    t1535 = t1534 - t1532
-    t1542 = t410 * t1523 + (-0.6473721188936825 * t734 - t409 * t1516)
-    t1552 = t539 * (t540 * 0.01221025)
-    t1554 = t478 * t1552
-    t1558 = t458 * t1552 + t459 * t1554
-    t1563 = t439 * t1552 - t440 * t1554 - t441 * t1558
-    t1570 = t410 * t1554 - t409 * t1552 - t412 * t1558 - t414 * t1563
-    t1578 = t539 * (t540 * -2.0530899999999996)
-    t1580 = t478 * t1578
-    t1584 = t458 * t1578 + t459 * t1580
-    t1589 = t439 * t1578 - t440 * t1580 - t441 * t1584
-    t1596 = t410 * t1580 - t409 * t1578 - t412 * t1584 - t414 * t1589
-    t1602 = t539 * t540
-    t1603 = -t1602
-    t1604 = t478 * t1602
-    t1605 = -t1604
-    t1608 = t458 * t1602 + t459 * t1604
-    t1613 = t439 * t1602 - t440 * t1604 - t441 * t1608
-    t1620 = t410 * t1604 - t409 * t1602 - t412 * t1608 - t414 * t1613
-    t1625 = t398 * t1602 - t399 * t1604 - t401 * t1613
-    t1628 = t539 * (t540 * 0.0023619599999999998)
-    t1630 = t478 * t1628
-    t1634 = t458 * t1628 + t459 * t1630
-    t1639 = t439 * t1628 - t440 * t1630 - t441 * t1634
-    t1646 = t410 * t1630 - t409 * t1628 - t412 * t1634 - t414 * t1639
-    t1654 = t539 * (t540 * 0.4869720000000002)
-    t1656 = t478 * t1654
-    t1660 = t458 * t1654 + t459 * t1656
-    t1665 = t439 * t1654 - t440 * t1656 - t441 * t1660
-    t1672 = t410 * t1656 - t409 * t1654 - t412 * t1660 - t414 * t1665
-    t1678 = w_2_xy * t478
-    t1682 = t539 * (t571 + t1323 - t1339 - t1678)
-    t1683 = w_2_xy * t477
-    t1684 = t478 * t1682
-    t1685 = t1683 - t1684
-    t1686 = t1684 - t1683
-    t1687 = t458 * t1682
-    t1688 = t459 * t1685
-    t1689 = t1687 - t1688
-    t1690 = t1688 - t1687
-    t1693 = t441 * t1689
-    t1694 = t439 * t1682 + t440 * t1685
-    t1695 = t1694 - t1693
-    t1696 = t1693 - t1694
-    t1703 = t414 * t1695 + (t412 * t1689 + (t409 * t1682 + t410 * t1685))
-    t1708 = t401 * t1695 - t398 * t1682 - t399 * t1685
-    t1709 = t478 * t547
-    t1714 = t539 * (t540 * 0.5 - t1323 - t1339 - t1709)
-    t1715 = t477 * t547
-    t1716 = t478 * t1714
-    t1717 = t1715 - t1716
-    t1718 = t1716 - t1715
-    t1719 = t458 * t1714
-    t1720 = t459 * t1717
-    t1721 = t1719 - t1720
-    t1722 = t1720 - t1719
-    t1725 = t441 * t1721
-    t1726 = t439 * t1714 + t440 * t1717
-    t1727 = t1726 - t1725
-    t1728 = t1725 - t1726
-    t1735 = t414 * t1727 + (t412 * t1721 + (t409 * t1714 + t410 * t1717))
-    t1740 = t401 * t1727 - t398 * t1714 - t399 * t1717
-    t1744 = t539 * (t1678 + (t571 - t1323 - s_2 * t586))
-    t1746 = t1683 + t478 * t1744
-    t1749 = t458 * t1744 + t459 * t1746
-    t1750 = -t1749
-    t1753 = t441 * t1749
-    t1754 = t439 * t1744 - t440 * t1746
-    t1755 = t1754 - t1753
-    t1756 = t1753 - t1754
-    t1763 = t414 * t1755 + (t412 * t1749 + (t409 * t1744 - t410 * t1746))
-    t1768 = t401 * t1755 + (t399 * t1746 - t398 * t1744)
-    t1773 = w_2_xy * 0.41563809000000007 + t547 * 0.41563809000000007
-    t1778 = t1773 - t574 * 0.01308741 - t597 * 0.6447 - q_3 * t615
-    t1779 = t459 * t623 + t1778
-    t1783 = c_2 * (t625 + U_2_xy * 0.01308741) + (t573 - 0.154 * (c_2 * t615 + s_2 * t623))
-    t1787 = t539 * (t1783 - t1340 - t458 * t623 - t478 * t1779)
-    t1788 = t477 * t1779
-    t1790 = t478 * t1787
-    t1791 = t1788 - t1790
-    t1796 = t459 * t1791 + (t457 * t623 - t458 * t1787)
-    t1801 = t441 * t1796 + (t439 * t1787 + t440 * t1791)
-    t1809 = t414 * t1801 + (t409 * t1787 + t410 * t1791 - t412 * t1796)
+    t1288 = c_2 * t198
+    t1294 = s_2 * t574
+    t1295 = s_2 * (q_3 * (t585 + t574 * 0.6447) + (t1142 - t606))
+    t1303 = s_2 * (t1157 + t1161 + 6.470000000000001 * (q_3 * U_3_xx))
+    t1322 = s_2 * (s_4 * t858 + c_4 * t811) - c_2 * (t866 - t877)
+    # derivative: link 2 (shoulder_tilt): moment, in frame 1
+    t1326 = c_2 * (t1207 + s_2 * 0.13134099999999999) + 0.154 * (c_2 * t592 + 6.470000000000001 * t96)
+    t1329 = 0.154 * (c_2 * t596 + 1.08 * t1252) - c_2 * (U_2_xy * 0.021924 - t670)
+    t1333 = 0.154 * (c_2 * t600 - 4.25 * t1252) - s_2 * (t1149 + t1127 * 4.25)
+    t1337 = c_2 * (t1224 - 0.0203 * t956) + 0.154 * (c_2 * t956 + 0.63 * t1253)
+    t1340 = 0.154 * (c_2 * t958 + 1.08 * t1253) - c_2 * (0.0203 * t958 - t1214)
+    t1343 = c_2 * (t869 + 0.0203 * t960) - 0.154 * (c_2 * t960 + s_2 * t836)
+    t1346 = c_2 * (t880 + 0.0203 * t961) - 0.154 * (c_2 * t961 + s_2 * t837)
     # derivative of effort
-    t1815 = t167 * 4.25
+    t1351 = c_4 * t909 - s_2 * 2.7499110000000004 - s_4 * t773 - q_3 * t592
+    t1357 = c_4 * t772 + (s_4 * t907 + (t352 - t566 * 0.26268199999999997))
+    t1359 = w_1_zz * (t72 - 2.7499110000000004) + t1357 - t1157
+    t1362 = s_5 * t719 + 0.029825999999999995 * t619
+    t1366 = t1177 + t1362 - 0.13134099999999999 * (t565 - U_3_yx)
+    t1371 = t542 * 0.4869720000000003 + 0.154 * (c_2 * t590 + t1261)
+    t1374 = 2.7499110000000004 * t565
+    t1381 = t542 * 0.26268199999999997 + 0.154 * (c_2 * t589 - t1261)
+    t1396 = t542 * 0.5
+    t1398 = 0.5 * (c_2 * (t150 + alpha_2_y))
+    t1399 = t1396 - t1398
+    t1407 = t542 * 0.00041208999999999994
+    t1409 = 0.154 * (c_2 * t598 + s_2 * (t603 - t602)) - c_2 * (U_2_xy * 0.01308741 - t1181)
+    t1416 = U_2_xy * 0.41563809000000007 - t565 * 0.01308741 - t581 * 0.6447
+    t1420 = t565 * 0.08627499999999999 - U_2_xy * 5.4799500000000005
+    t1424 = t154 * 4.25
+    t1426 = 0.154 * (c_2 * t1051 + s_2 * (t1055 - t1056)) - c_2 * (t1188 + t1193)
+    t1433 = U_2_xy * 8.464e-05 - t565 * 0.00018675999999999998 - t581 * 0.0092
+    t1443 = c_4 * t646 + (U_2_xy * 0.019872 - t565 * 0.021924 - t581 * 1.08)
+    t1450 = U_2_xy * 0.5
+    t1458 = c_2 * (t1199 + (0.0203 * t955 - t1180)) - 0.154 * (c_2 * t1048 + s_2 * t1053)
+    t1472 = -alpha_5_z
+    t1474 = c_2 * (t868 + 0.0203 * t959 - t1180) - 0.154 * (c_2 * t1052 + s_2 * t1058)
+    t1483 = -t813
+    t1485 = -t811
+    t1487 = -t692
+    t1488 = -t805
     # solve: L D L^T
-    t1820 = w_2_xy * 5.4799500000000005 + t547 * 5.4799500000000005
-    t1825 = q_3 * t617 + (t1820 - t574 * 0.08627499999999999 - t597 * 4.25)
-    t1826 = t459 * t1815 + t1825
-    t1830 = 0.154 * (c_2 * t617 - 4.25 * t1294) + 0.08627499999999999 * (c_2 * U_2_xy)
-    t1832 = t1830 - s_2 * (t1214 + t594 * 4.25 + t595 * 4.25) - t458 * t1815
-    t1834 = t539 * (t1832 - t478 * t1826)
-    t1839 = t477 * t1826 - t478 * t1834
-    t1843 = t459 * t1839 + (t457 * t1815 - t458 * t1834)
-    t1849 = t441 * t1843 + (t439 * t1834 + t440 * t1839)
-    t1856 = t412 * t1843 - t409 * t1834 - t410 * t1839 - t414 * t1849
-    t1865 = t1115 + t441 * t1236
-    t1872 = w_2_xy * 8.464e-05 + t547 * 8.464e-05 - t574 * 0.00018675999999999998
-    t1877 = t1872 - t597 * 0.0092 - c_4 * t675 - s_4 * t686 - q_3 * t1104
-    t1879 = t459 * t1865 + (t440 * t1236 + t1877)
-    t1883 = c_2 * (t1240 - t1236) + (t573 - 0.154 * (c_2 * t1104 + s_2 * t1115))
-    t1886 = t439 * t1236 + (t1883 - s_2 * (t1120 + t1189)) - t458 * t1865
-    t1888 = t539 * (t1886 - t478 * t1879)
-    t1889 = t477 * t1879
-    t1892 = t478 * t1888
-    t1893 = t1889 - t1892
-    t1898 = t459 * t1893 + (t457 * t1865 - t458 * t1888)
-    t1904 = t441 * t1898 + (t440 * t1893 + (t438 * t1236 + t439 * t1888))
-    t1912 = t414 * t1904 + (t409 * t1888 + t410 * t1893 - t412 * t1898)
-    t1922 = t441 * t689 + t167 * 1.08
-    t1929 = w_2_xy * 0.019872 + t547 * 0.019872 - t574 * 0.021924
-    t1934 = c_4 * t666 + (t1929 - t597 * 1.08) - s_4 * t687 - q_3 * t613
-    t1936 = t459 * t1922 + (t440 * t689 + t1934)
-    t1939 = 0.154 * (c_2 * t613 + 1.08 * t1294) - c_2 * (U_2_xy * 0.021924 - t689)
-    t1941 = s_2 * (c_4 * t687 + (s_4 * t666 + t1198)) + t1939 - t439 * t689
-    t1944 = t539 * (t478 * t1936 + (t458 * t1922 + t1941))
-    t1950 = t477 * t1936 + t478 * t1944
-    t1955 = t459 * t1950 + (t457 * t1922 + t458 * t1944)
-    t1961 = t441 * t1955 + (t440 * t1950 + (t438 * t689 - t439 * t1944))
-    t1969 = t414 * t1961 + (t410 * t1950 - t409 * t1944 - t412 * t1955)
-    t1979 = t441 * t1255 + 1.08 * t654
-    t1984 = t440 * t1255 + (c_4 * t682 - s_4 * t688 - q_3 * t1007)
-    t1985 = t459 * t1979 + t1984
-    t1988 = c_2 * (t1255 - 0.0203 * t1007) + 0.154 * (c_2 * t1007 + 1.08 * t1295)
-    t1991 = t458 * t1979 + (t1988 - s_2 * t1155 - t439 * t1255)
-    t1993 = t539 * (t478 * t1985 + t1991)
-    t1999 = t477 * t1985 + t478 * t1993
-    t2004 = t459 * t1999 + (t457 * t1979 + t458 * t1993)
-    t2010 = t441 * t2004 + (t440 * t1999 + (t438 * t1255 - t439 * t1993))
-    t2018 = t414 * t2010 + (t410 * t1999 - t409 * t1993 - t412 * t2004)
-    t2026 = t209 * t441
-    t2029 = t209 * t440 + t459 * t2026
-    t2032 = t592 + t1011 - s_4 * t683 - t2029
-    t2035 = t458 * t2026 + (c_2 * t209 - t209 * t439)
-    t2037 = t2035 - s_2 * (c_4 * t683 + (t584 + t1047)) - t478 * t2032
-    t2038 = t539 * t2037
-    t2039 = t477 * t2032
-    t2040 = t457 * t2026
-    t2041 = t209 * t438
-    t2042 = t478 * t2038
-    t2043 = t2039 - t2042
-    t2046 = t459 * t2043
-    t2047 = t2040 + t458 * t2038
-    t2048 = t2047 - t2046
-    t2055 = t441 * t2048 + (t2041 - t439 * t2038 - t440 * t2043)
-    t2062 = t412 * t2048 + (t409 * t2038 + t410 * t2043) - t414 * t2055
-    t2071 = t441 * t650
-    t2077 = t1032 + (t592 - t1011) - t440 * t650 - t459 * t2071
-    t2080 = c_2 * t650 + s_2 * (t1068 + (t586 + t1047)) - t439 * t650
-    t2083 = t539 * (t458 * t2071 + t2080 - t478 * t2077)
-    t2089 = t477 * t2077 - t478 * t2083
-    t2093 = t457 * t2071 + t458 * t2083 - t459 * t2089
-    t2099 = t441 * t2093 + (t438 * t650 - t439 * t2083 - t440 * t2089)
-    t2107 = t414 * t2099 - t409 * t2083 - t410 * t2089 - t412 * t2093
-    t2115 = t2029 + (t592 + c_4 * t668 - t1032)
-    t2118 = t2035 + (s_2 * (t1068 + (t584 + s_4 * t668)) + t478 * t2115)
-    t2119 = t539 * t2118
-    t2123 = t477 * t2115 + t478 * t2119
-    t2128 = t459 * t2123 + (t2040 + t458 * t2119)
-    t2134 = t441 * t2128 + (t440 * t2123 + (t2041 - t439 * t2119))
-    t2142 = t414 * t2134 + (t410 * t2123 - t409 * t2119 - t412 * t2128)
-    t2152 = t1242 + t414 * t824
-    t2157 = t1111 + t412 * t824 - t441 * t2152
-    t2162 = q_3 * t1101 + (c_4 * t954 + s_4 * t824) - t410 * t824
-    t2164 = t459 * t2157 + (t2162 - t440 * t2152)
-    t2168 = c_2 * (t1242 + (t625 - 0.0203 * t1004)) + (t573 + 0.154 * (c_2 * t1101 - s_2 * t1111))
-    t2172 = s_2 * t1134 + t2168 - t409 * t824 - t439 * t2152 - t458 * t2157
-    t2174 = t539 * (t2172 - t478 * t2164)
-    t2175 = t477 * t2164
-    t2179 = t478 * t2174
-    t2180 = t2175 - t2179
-    t2185 = t459 * t2180 + (t457 * t2157 - t458 * t2174)
-    t2191 = t438 * t2152 - t439 * t2174 - t440 * t2180 - t441 * t2185
-    t2197 = t410 * t2180 + (8.148888119704473 * t824 + t409 * t2174)
-    t2210 = t1263 + t414 * t793
-    t2216 = t412 * t793 + t654 * 0.63 - t441 * t2210
-    t2221 = c_4 * t964 - s_4 * t816 - q_3 * t1005 - t410 * t793
-    t2223 = t459 * t2216 + (t2221 - t440 * t2210)
-    t2226 = 0.154 * (c_2 * t1005 + 0.63 * t1295) - c_2 * (t1263 + 0.0203 * t1005)
-    t2229 = t439 * t2210 + (t409 * t793 + (t2226 - s_2 * t1150))
-    t2232 = t539 * (t478 * t2223 + (t458 * t2216 + t2229))
-    t2240 = t477 * t2223 + t478 * t2232
-    t2245 = t459 * t2240 + (t457 * t2216 + t458 * t2232)
-    t2251 = t438 * t2210 + t439 * t2232 - t440 * t2240 - t441 * t2245
-    t2257 = t410 * t2240 + (t721 * 0.0015401398546241454 - t409 * t2232)
-    t2269 = t931 - t414 * t825
-    t2274 = t887 - t412 * t825 - t441 * t2269
-    t2279 = t410 * t825 + (c_4 * t907 - s_4 * t825 - q_3 * t1010)
-    t2281 = t459 * t2274 + (t2279 - t440 * t2269)
-    t2284 = 0.154 * (c_2 * t1010 + s_2 * t887) - c_2 * (t931 + 0.0203 * t1010)
-    t2288 = t458 * t2274 + (t439 * t2269 + (t2284 - s_2 * t1163 - t409 * t825))
-    t2290 = t539 * (t478 * t2281 + t2288)
-    t2296 = t477 * t2281 + t478 * t2290
-    t2300 = t459 * t2296 + (t457 * t2274 + t458 * t2290)
-    t2304 = t441 * t2300
-    t2306 = t438 * t2269 + t439 * t2290 - t440 * t2296
-    t2307 = t2306 - t2304
-    t2314 = 8.148888119704473 * t825 + t409 * t2290 - t410 * t2296
-    t2326 = t1262 - t238 * t414
-    t2330 = t238 * t412 + t441 * t2326
-    t2335 = t238 * t410 + (c_4 * t968 - s_4 * t238) - t440 * t2326
-    t2336 = t2335 - t459 * t2330
-    t2339 = t238 * t409 + (c_2 * t1262 - s_2 * (s_4 * t968 + c_4 * t238))
-    t2342 = t458 * t2330 + (t2339 - t439 * t2326) - t478 * t2336
-    t2343 = t539 * t2342
-    t2344 = t477 * t2336
-    t2348 = t478 * t2343
-    t2349 = t2344 - t2348
-    t2352 = t459 * t2349
-    t2353 = t457 * t2330 + t458 * t2343
-    t2354 = t2353 - t2352
-    t2361 = t441 * t2354 + (t438 * t2326 - t439 * t2343 - t440 * t2349)
-    t2367 = t410 * t2349 + (t409 * t2343 - t238 * 8.148888119704473)
-    t2380 = t1267 + t414 * alpha_5_z
-    t2384 = t412 * alpha_5_z - t441 * t2380
-    t2389 = t440 * t2380 + (t410 * alpha_5_z + (c_4 * t966 - s_4 * alpha_5_z))
-    t2390 = t2389 - t459 * t2384
-    t2393 = c_2 * t1267 + s_2 * (s_4 * t966 + c_4 * alpha_5_z) - t409 * alpha_5_z
-    t2396 = t478 * t2390 + (t2393 - t439 * t2380 - t458 * t2384)
-    t2397 = t539 * t2396
-    t2404 = t477 * t2390 + t478 * t2397
-    t2407 = t459 * t2404
-    t2408 = t457 * t2384 - t458 * t2397
-    t2409 = t2408 - t2407
-    t2413 = t441 * t2409
-    t2415 = t440 * t2404 + (t438 * t2380 - t439 * t2397)
-    t2416 = t2415 - t2413
-    t2423 = t410 * t2404 - 8.148888119704473 * alpha_5_z - t409 * t2397
-    t2435 = t918 - t414 * t822
-    t2440 = t441 * t2435 + (t1116 + t412 * t822)
-    t2445 = q_3 * t1105 + (c_4 * t895 + s_4 * t822) - t410 * t822
-    t2447 = t459 * t2440 + (t440 * t2435 + t2445)
-    t2451 = c_2 * (t625 - t918 - 0.0203 * t1008) + (t573 + 0.154 * (c_2 * t1105 - s_2 * t1116))
-    t2455 = t439 * t2435 + (s_2 * t1139 + t2451 - t409 * t822) - t458 * t2440
-    t2457 = t539 * (t2455 - t478 * t2447)
-    t2458 = t477 * t2447
-    t2462 = t478 * t2457
-    t2463 = t2458 - t2462
-    t2468 = t459 * t2463 + (t457 * t2440 - t458 * t2457)
-    t2474 = t441 * t2468 + (t440 * t2463 + (t438 * t2435 + t439 * t2457))
-    t2481 = t410 * t2463 + (8.148888119704473 * t822 + t409 * t2457)
-    t2493 = t919 - t414 * t823
-    t2498 = t886 - t412 * t823 - t441 * t2493
-    t2503 = q_3 * t1009 + (c_4 * t896 + s_4 * t823) - t410 * t823
-    t2505 = t440 * t2493 + t2503 - t459 * t2498
-    t2508 = 0.154 * (c_2 * t1009 + s_2 * t886) - c_2 * (t919 + 0.0203 * t1009)
-    t2512 = t458 * t2498 + (t439 * t2493 + (t2508 - s_2 * t1159 - t409 * t823))
-    t2514 = t539 * (t2512 - t478 * t2505)
-    t2515 = t477 * t2505
-    t2519 = t478 * t2514
-    t2520 = t2515 - t2519
-    t2523 = t459 * t2520
-    t2524 = t457 * t2498 + t458 * t2514
-    t2525 = t2524 - t2523
-    t2529 = t441 * t2525
-    t2531 = t440 * t2520 + (t438 * t2493 + t439 * t2514)
-    t2532 = t2531 - t2529
-    t2539 = t410 * t2520 + (8.148888119704473 * t823 + t409 * t2514)
-    t2547 = w_6_xy * t398
-    t2548 = w_6_xy * t399
-    t2549 = w_6_xy * t401
-    t2555 = t414 * t862 + (t934 - t2549)
-    t2559 = t412 * t862 - t441 * t2555
-    t2565 = c_4 * t909 + s_4 * t862 - t2548 - t410 * t862 - t440 * t2555
-    t2566 = t459 * t2559 + t2565
-    t2569 = c_2 * t934 - s_2 * (s_4 * t909 - c_4 * t862) - t2547
-    t2573 = t2569 - t409 * t862 - t439 * t2555 - t458 * t2559 - t478 * t2566
-    t2574 = t539 * t2573
-    t2580 = w_6_xy * 49.26108374384237
-    t2582 = t477 * t2566 - t478 * t2574
-    t2586 = t459 * t2582 + (t457 * t2559 - t458 * t2574)
-    t2590 = t441 * t2586
-    t2592 = t438 * t2555 - t439 * t2574 - t440 * t2582
-    t2593 = t2592 - t2590
-    t2600 = t412 * t2586 - 8.148888119704473 * t862 - t409 * t2574
-    t2608 = t401 * t2593 + (t399 * t2582 + (t2580 + t398 * t2574))
-    t2614 = t933 - t2549 - t414 * t860
-    t2618 = t412 * t860 + t441 * t2614
-    t2624 = t410 * t860 + (c_4 * t908 - s_4 * t860 - t2548) - t440 * t2614
-    t2625 = t2624 - t459 * t2618
-    t2628 = c_2 * t933 - s_2 * (s_4 * t908 + c_4 * t860) - t2547
-    t2631 = t458 * t2618 + (t409 * t860 + t2628 - t439 * t2614)
-    t2633 = t539 * (t2631 - t478 * t2625)
-    t2634 = t477 * t2625
-    t2638 = t478 * t2633
-    t2639 = t2634 - t2638
-    t2642 = t459 * t2639
-    t2643 = t457 * t2618 + t458 * t2633
-    t2644 = t2643 - t2642
-    t2651 = t441 * t2644 + (t438 * t2614 - t439 * t2633 - t440 * t2639)
-    t2657 = t410 * t2639 + (t409 * t2633 - 8.148888119704473 * t860)
-    t2665 = t401 * t2651 + (t399 * t2639 + (t2580 + t398 * t2633))
-    t2675 = t414 * t858 + (t935 - t401 * t856)
-    t2679 = t412 * t858 - t441 * t2675
-    t2684 = c_4 * t910 + s_4 * t858 - t399 * t856 - t410 * t858
-    t2686 = t459 * t2679 + (t2684 - t440 * t2675)
-    t2689 = c_2 * t935 - s_2 * (s_4 * t910 - c_4 * t858) - t398 * t856
-    t2693 = t2689 - t409 * t858 - t439 * t2675 - t458 * t2679 - t478 * t2686
-    t2694 = t539 * t2693
-    t2695 = t477 * t2686
-    t2700 = t478 * t2694
-    t2701 = t2695 - t2700
-    t2706 = t459 * t2701 + (t457 * t2679 - t458 * t2694)
-    t2712 = t438 * t2675 - t439 * t2694 - t440 * t2701 - t441 * t2706
-    t2718 = t410 * t2701 + (8.148888119704473 * t858 + t409 * t2694)
-    t2725 = t399 * t2701 + (49.26108374384237 * t856 + t398 * t2694)
-    t2728 = t539 * t1709
-    t2731 = t1715 + t478 * t2728
-    t2735 = t458 * t2728 + t459 * t2731
-    t2740 = t439 * t2728 - t440 * t2731 - t441 * t2735
-    t2747 = t410 * t2731 - t409 * t2728 - t412 * t2735 - t414 * t2740
-    t2754 = t459 * t551
-    t2757 = t539 * (t458 * t551 + t478 * t2754)
-    t2761 = t477 * t2754 + t478 * t2757
-    t2765 = t459 * t2761 + (t457 * t551 + t458 * t2757)
-    t2769 = t441 * t2765
-    t2770 = t439 * t2757 - t440 * t2761
-    t2771 = t2770 - t2769
-    t2779 = t414 * t2771 + (t412 * t2765 + (t409 * t2757 - t410 * t2761))
-    t2787 = t441 * t557
-    t2790 = t440 * t557 + t459 * t2787
-    t2794 = t539 * (t439 * t557 - t458 * t2787 - t478 * t2790)
-    t2795 = t477 * t2790
-    t2798 = t478 * t2794
-    t2799 = t2795 - t2798
-    t2804 = t459 * t2799 + (t457 * t2787 - t458 * t2794)
-    t2810 = t441 * t2804 + (t440 * t2799 + (t438 * t557 + t439 * t2794))
-    t2818 = t414 * t2810 + (t409 * t2794 + t410 * t2799 - t412 * t2804)
-    t2827 = t414 * t736
-    t2831 = t412 * t736 - t441 * t2827
-    t2835 = t410 * t736 + t440 * t2827 - t459 * t2831
-    t2839 = t458 * t2831 + (t409 * t736 + t439 * t2827) - t478 * t2835
-    t2840 = t539 * t2839
-    t2841 = t477 * t2835
-    t2845 = t478 * t2840
-    t2846 = t2841 - t2845
-    t2849 = t459 * t2846
-    t2850 = t457 * t2831 + t458 * t2840
-    t2851 = t2850 - t2849
-    t2855 = t441 * t2851
-    t2857 = t440 * t2846 + (t438 * t2827 + t439 * t2840)
-    t2858 = t2857 - t2855
-    t2865 = t410 * t2846 + (t409 * t2840 - 8.148888119704473 * t736)
-    t2875 = t401 * t855
-    t2878 = t441 * t2875
-    t2882 = t399 * t855 - t440 * t2875 - t459 * t2878
-    t2886 = t458 * t2878 + (t398 * t855 - t439 * t2875) - t478 * t2882
-    t2887 = t539 * t2886
-    t2894 = t477 * t2882 - t478 * t2887
-    t2898 = t457 * t2878 + t458 * t2887 - t459 * t2894
-    t2904 = t441 * t2898 + (t438 * t2875 - t439 * t2887 - t440 * t2894)
-    t2912 = t414 * t2904 - t409 * t2887 - t410 * t2894 - t412 * t2898
-    t2917 = t399 * t2894 + (t398 * t2887 - 49.26108374384237 * t855)
+    t1489 = -t541
+    t1490 = -t478
+    t1491 = -t457
+    t1492 = -t438
+    t1500 = t1207 - t408 * t752
+    t1506 = c_2 * -6.470000000000001 - t406 * t752 - t442 * t1500
+    t1508 = t1326 - s_2 * t1061 - t403 * t752 - t439 * t1500 - t459 * t1506
+    t1510 = t1351 - t404 * t752 - t441 * t1500 - t460 * t1506
+    t1513 = t1489 * (t1508 - t480 * t1510)
+    t1520 = t1490 * t1510 - t480 * t1513
+    t1524 = t1491 * t1506 - t459 * t1513 - t460 * t1520
+    t1530 = t1492 * t1500 - t439 * t1513 - t441 * t1520 - t442 * t1524
+    t1534 = t685 * 0.6473721188936825 - t403 * t1513 - t404 * t1520
+    t1548 = t1374 + (c_4 * t907 - s_4 * t772 - q_3 * t590) - t404 * t751
+    t1552 = t1362 - t408 * t751
+    t1554 = c_2 * t1366 + (s_2 * t1359 + t1371) - t403 * t751 - t439 * t1552
+    t1558 = t566 * -6.470000000000001 - t406 * t751 - t442 * t1552
+    t1562 = t1548 - t441 * t1552 - t460 * t1558
+    t1565 = t1489 * (t1554 - t459 * t1558 - t480 * t1562)
+    t1571 = t1490 * t1562 - t480 * t1565
+    t1575 = t1491 * t1558 - t459 * t1565 - t460 * t1571
+    t1581 = t1492 * t1552 - t439 * t1565 - t441 * t1571 - t442 * t1575
+    t1585 = t684 * 0.6473721188936825 - t403 * t1565 - t404 * t1571
+    t1597 = t1303 + (c_2 * (t1172 - t1177) + t1381) - t403 * t753
+    t1599 = c_4 * t910 - s_4 * t774 - q_3 * t589 - t1374 - t404 * t753
+    t1603 = t1172 - t408 * t753
+    t1609 = 6.470000000000001 * t566 - t406 * t753 - t442 * t1603
+    t1613 = t1599 - t441 * t1603 - t460 * t1609
+    t1616 = t1489 * (t1597 - t439 * t1603 - t459 * t1609 - t480 * t1613)
+    t1622 = t1490 * t1613 - t480 * t1616
+    t1626 = t1491 * t1609 - t459 * t1616 - t460 * t1622
+    t1632 = t1492 * t1603 - t439 * t1616 - t441 * t1622 - t442 * t1626
+    t1636 = -0.6473721188936825 * t686 - t403 * t1616 - t404 * t1622
+    t1647 = t542 * 0.01221025 * t1489
+    t1648 = t480 * t1647
+    t1649 = -t1648
+    t1653 = -(t459 * t1647) - t460 * t1649
+    t1659 = -(t439 * t1647) - t440 * t1648 - t442 * t1653
+    t1667 = -(t403 * t1647) - t404 * t1649 - t406 * t1653 - t408 * t1659
+    t1674 = t542 * -2.0530899999999996 * t1489
+    t1675 = t480 * t1674
+    t1676 = -t1675
+    t1680 = -(t459 * t1674) - t460 * t1676
+    t1686 = -(t439 * t1674) - t440 * t1675 - t442 * t1680
+    t1694 = -(t403 * t1674) - t404 * t1676 - t406 * t1680 - t408 * t1686
+    t1701 = t542 * t1489
+    t1702 = t480 * t1701
+    t1703 = -t1702
+    t1707 = -(t459 * t1701) - t460 * t1703
+    t1713 = -(t439 * t1701) - t440 * t1702 - t442 * t1707
+    t1721 = -(t403 * t1701) - t404 * t1703 - t406 * t1707 - t408 * t1713
+    t1727 = -(t390 * t1701) - t392 * t1703 - t394 * t1713
+    t1728 = t542 * 0.0023619599999999998 * t1489
+    t1729 = t480 * t1728
+    t1730 = -t1729
+    t1734 = -(t459 * t1728) - t460 * t1730
+    t1740 = -(t439 * t1728) - t440 * t1729 - t442 * t1734
+    t1748 = -(t403 * t1728) - t404 * t1730 - t406 * t1734 - t408 * t1740
+    t1755 = t542 * 0.4869720000000002 * t1489
+    t1756 = t480 * t1755
+    t1757 = -t1756
+    t1761 = -(t459 * t1755) - t460 * t1757
+    t1767 = -(t439 * t1755) - t440 * t1756 - t442 * t1761
+    t1775 = -(t403 * t1755) - t404 * t1757 - t406 * t1761 - t408 * t1767
+    t1784 = t1489 * (t1399 - 0.5 * t1294 - w_2_xy * t480)
+    t1787 = w_2_xy * t1490 - t480 * t1784
+    t1791 = -(t459 * t1784) - t460 * t1787
+    t1797 = -(t439 * t1784) - t441 * t1787 - t442 * t1791
+    t1805 = -(t403 * t1784) - t404 * t1787 - t406 * t1791 - t408 * t1797
+    t1811 = -(t390 * t1784) - t392 * t1787 - t394 * t1797
+    t1812 = t480 * t547
+    t1814 = t1489 * (-0.5 * t1294 - t1399 - t1812)
+    t1815 = t547 * t1490
+    t1817 = t1815 - t480 * t1814
+    t1821 = -(t459 * t1814) - t460 * t1817
+    t1827 = -(t439 * t1814) - t441 * t1817 - t442 * t1821
+    t1835 = -(t403 * t1814) - t404 * t1817 - t406 * t1821 - t408 * t1827
+    t1841 = -(t390 * t1814) - t392 * t1817 - t394 * t1827
+    t1844 = t1489 * (t1398 + (s_2 * t576 + t1396) - w_2_xy * t479)
+    t1847 = w_2_xy * t478 - t480 * t1844
+    t1851 = -(t459 * t1844) - t460 * t1847
+    t1857 = -(t439 * t1844) - t441 * t1847 - t442 * t1851
+    t1865 = -(t403 * t1844) - t404 * t1847 - t406 * t1851 - t408 * t1857
+    t1871 = -(t390 * t1844) - t392 * t1847 - t394 * t1857
+    t1875 = t1416 - q_3 * t598 - t460 * t605
+    t1877 = t1407 + (t1295 + t1409) - t459 * t605 - t480 * t1875
+    t1878 = t1489 * t1877
+    t1882 = t1490 * t1875 - t480 * t1878
+    t1886 = t605 * t1491 - t459 * t1878 - t460 * t1882
+    t1892 = -(t439 * t1878) - t441 * t1882 - t442 * t1886
+    t1900 = -(t403 * t1878) - t404 * t1882 - t406 * t1886 - t408 * t1892
+    t1908 = t1333 + 0.08627499999999999 * (c_2 * U_2_xy) - t459 * t1424
+    t1910 = t1420 + t581 * 4.25 - q_3 * t600 - t460 * t1424
+    t1913 = t1489 * (t1908 - t480 * t1910)
+    t1917 = t1490 * t1910 - t480 * t1913
+    t1921 = t1424 * t1491 - t459 * t1913 - t460 * t1917
+    t1927 = -(t439 * t1913) - t441 * t1917 - t442 * t1921
+    t1935 = -(t403 * t1913) - t404 * t1917 - t406 * t1921 - t408 * t1927
+    t1943 = t1407 + (s_2 * (t1062 + t1125) + t1426) - t439 * t1189
+    t1945 = t1433 - c_4 * t656 - s_4 * t667 - q_3 * t1051 - t440 * t1188
+    t1947 = t1056 - t1055 - t442 * t1189
+    t1951 = t1945 - t460 * t1947
+    t1954 = t1489 * (t1943 - t459 * t1947 - t480 * t1951)
+    t1959 = t1490 * t1951 - t480 * t1954
+    t1963 = t1491 * t1947 - t459 * t1954 - t460 * t1959
+    t1969 = t438 * t1188 - t439 * t1954 - t441 * t1959 - t442 * t1963
+    t1977 = -(t403 * t1954) - t404 * t1959 - t406 * t1963 - t408 * t1969
+    t1989 = t154 * -1.08 - t442 * t670
+    t1991 = s_2 * (t1133 + 1.08 * t1127) + t1329 - t439 * t670 - t459 * t1989
+    t1993 = t1443 - s_4 * t668 - q_3 * t596 - t441 * t670 - t460 * t1989
+    t1996 = t1489 * (t1991 - t480 * t1993)
+    t2001 = t1490 * t1993 - t480 * t1996
+    t2005 = t1491 * t1989 - t459 * t1996 - t460 * t2001
+    t2011 = t670 * t1492 - t439 * t1996 - t441 * t2001 - t442 * t2005
+    t2019 = -(t403 * t1996) - t404 * t2001 - t406 * t2005 - t408 * t2011
+    t2029 = c_4 * t663 - s_4 * t669 - q_3 * t958 - t441 * t1214
+    t2031 = t635 * -1.08 - t442 * t1214
+    t2035 = t2029 - t460 * t2031
+    t2037 = t1340 - s_2 * t1091 - t439 * t1214 - t459 * t2031 - t480 * t2035
+    t2038 = t1489 * t2037
+    t2043 = t1490 * t2035 - t480 * t2038
+    t2047 = t1491 * t2031 - t459 * t2038 - t460 * t2043
+    t2053 = t1214 * t1492 - t439 * t2038 - t441 * t2043 - t442 * t2047
+    t2061 = -(t403 * t2038) - t404 * t2043 - t406 * t2047 - t408 * t2053
+    t2069 = -(t1288 + s_2 * (t576 - t998 - c_4 * t664)) - w_4_xy * t439
+    t2072 = w_4_xy * t442
+    t2077 = t1450 + (t962 - s_4 * t664) - t198 * t440 - t460 * -t2072
+    t2080 = t1489 * (t2069 - t458 * t2072 - t480 * t2077)
+    t2085 = t1490 * t2077 - t480 * t2080
+    t2089 = t457 * t2072 - t459 * t2080 - t460 * t2085
+    t2095 = t198 * t438 - t439 * t2080 - t441 * t2085 - t442 * t2089
+    t2103 = -(t403 * t2080) - t404 * t2085 - t406 * t2089 - t408 * t2095
+    t2111 = c_2 * t631 + s_2 * (t1019 + (t576 + t998)) - t439 * t631
+    t2114 = t442 * t631
+    t2119 = t962 - t983 - t1450 - t441 * t631 - t460 * -t2114
+    t2122 = t1489 * (t2111 - t458 * t2114 - t480 * t2119)
+    t2127 = t1490 * t2119 - t480 * t2122
+    t2131 = t457 * t2114 - t459 * t2122 - t460 * t2127
+    t2137 = t631 * t1492 - t439 * t2122 - t441 * t2127 - t442 * t2131
+    t2145 = -(t403 * t2122) - t404 * t2127 - t406 * t2131 - t408 * t2137
+    t2153 = t1288 - s_2 * (t576 - s_4 * t649 - t1019) - t198 * t439
+    t2156 = t198 * t442
+    t2161 = t1450 + (c_4 * t649 - t983) - t198 * t441 - t460 * -t2156
+    t2164 = t1489 * (t2153 - t458 * t2156 - t480 * t2161)
+    t2169 = t1490 * t2161 - t480 * t2164
+    t2173 = t457 * t2156 - t459 * t2164 - t460 * t2169
+    t2179 = t198 * t1492 - t439 * t2164 - t441 * t2169 - t442 * t2173
+    t2187 = -(t403 * t2164) - t404 * t2169 - t406 * t2173 - t408 * t2179
+    t2197 = q_3 * t1048 + (s_4 * t766 - c_4 * t905) - t404 * t766
+    t2201 = t1199 - t408 * t766
+    t2203 = t1407 + (t1458 - s_2 * t1074) - t403 * t766 - t439 * t2201
+    t2207 = t1053 - t406 * t766 - t442 * t2201
+    t2211 = t2197 - t441 * t2201 - t460 * t2207
+    t2214 = t1489 * (t2203 - t459 * t2207 - t480 * t2211)
+    t2220 = t1490 * t2211 - t480 * t2214
+    t2224 = t1491 * t2207 - t459 * t2214 - t460 * t2220
+    t2230 = t1492 * t2201 - t439 * t2214 - t441 * t2220 - t442 * t2224
+    t2234 = 8.148888119704473 * t766 - t403 * t2214 - t404 * t2220
+    t2248 = -(q_3 * t956 + (c_4 * t916 + s_4 * t755)) - t404 * t750
+    t2252 = t1224 - t408 * t750
+    t2258 = t635 * -0.63 - t406 * t750 - t442 * t2252
+    t2260 = t1337 - s_2 * t1086 - t403 * t750 - t439 * t2252 - t459 * t2258
+    t2262 = t2248 - t441 * t2252 - t460 * t2258
+    t2265 = t1489 * (t2260 - t480 * t2262)
+    t2272 = t1490 * t2262 - t480 * t2265
+    t2276 = t1491 * t2258 - t459 * t2265 - t460 * t2272
+    t2282 = t1492 * t2252 - t439 * t2265 - t441 * t2272 - t442 * t2276
+    t2286 = t673 * 0.0015401398546241454 - t403 * t2265 - t404 * t2272
+    t2300 = q_3 * t961 + (s_4 * t771 - c_4 * t857) - t404 * t771
+    t2304 = t880 - t408 * t771
+    t2310 = t837 - t406 * t771 - t442 * t2304
+    t2312 = s_2 * t1099 + t1346 - t403 * t771 - t439 * t2304 - t459 * t2310
+    t2314 = t2300 - t441 * t2304 - t460 * t2310
+    t2317 = t1489 * (t2312 - t480 * t2314)
+    t2323 = t1490 * t2314 - t480 * t2317
+    t2327 = t1491 * t2310 - t459 * t2317 - t460 * t2323
+    t2333 = t1492 * t2304 - t439 * t2317 - t441 * t2323 - t442 * t2327
+    t2337 = 8.148888119704473 * t771 - t403 * t2317 - t404 * t2323
+    t2349 = c_2 * t1219 + s_2 * (s_4 * t920 + c_4 * t226) - w_5_xy * t403
+    t2355 = t1219 - w_5_xy * t408
+    t2359 = c_4 * t920 - s_4 * t226 - w_5_xy * t404 - t441 * t2355
+    t2361 = -(w_5_xy * t406) - t442 * t2355
+    t2365 = t2359 - t460 * t2361
+    t2368 = t1489 * (t2349 - t439 * t2355 - t459 * t2361 - t480 * t2365)
+    t2374 = t1490 * t2365 - t480 * t2368
+    t2378 = t1491 * t2361 - t459 * t2368 - t460 * t2374
+    t2384 = t1492 * t2355 - t439 * t2368 - t441 * t2374 - t442 * t2378
+    t2388 = t226 * -8.148888119704473 - t403 * t2368 - t404 * t2374
+    t2400 = c_2 * t1228 - s_2 * (s_4 * t918 - c_4 * alpha_5_z) - t403 * t1472
+    t2406 = t1228 - t408 * t1472
+    t2410 = -(c_4 * t918 + s_4 * alpha_5_z) - t404 * t1472 - t441 * t2406
+    t2412 = -(t406 * t1472) - t442 * t2406
+    t2416 = t2410 - t460 * t2412
+    t2419 = t1489 * (t2400 - t439 * t2406 - t459 * t2412 - t480 * t2416)
+    t2425 = t1490 * t2416 - t480 * t2419
+    t2429 = t1491 * t2412 - t459 * t2419 - t460 * t2425
+    t2435 = t1492 * t2406 - t439 * t2419 - t441 * t2425 - t442 * t2429
+    t2439 = -8.148888119704473 * alpha_5_z - t403 * t2419 - t404 * t2425
+    t2453 = q_3 * t1052 + (c_4 * t845 + s_4 * t758) - t404 * t758
+    t2457 = t868 - t408 * t758
+    t2459 = t1407 + (t1474 - s_2 * t1079) - t403 * t758 - t439 * t2457
+    t2463 = t1058 - t406 * t758 - t442 * t2457
+    t2467 = t2453 - t441 * t2457 - t460 * t2463
+    t2470 = t1489 * (t2459 - t459 * t2463 - t480 * t2467)
+    t2476 = t1490 * t2467 - t480 * t2470
+    t2480 = t1491 * t2463 - t459 * t2470 - t460 * t2476
+    t2486 = t1492 * t2457 - t439 * t2470 - t441 * t2476 - t442 * t2480
+    t2490 = 8.148888119704473 * t758 - t403 * t2470 - t404 * t2476
+    t2504 = q_3 * t960 + (c_4 * t846 + s_4 * t761) - t404 * t761
+    t2508 = t869 - t408 * t761
+    t2514 = t836 - t406 * t761 - t442 * t2508
+    t2516 = s_2 * t1095 + t1343 - t403 * t761 - t439 * t2508 - t459 * t2514
+    t2518 = t2504 - t441 * t2508 - t460 * t2514
+    t2521 = t1489 * (t2516 - t480 * t2518)
+    t2527 = t1490 * t2518 - t480 * t2521
+    t2531 = t1491 * t2514 - t459 * t2521 - t460 * t2527
+    t2537 = t1492 * t2508 - t439 * t2521 - t441 * t2527 - t442 * t2531
+    t2541 = 8.148888119704473 * t761 - t403 * t2521 - t404 * t2527
+    t2553 = c_2 * t883 - s_2 * (s_4 * t859 - c_4 * t813) - w_6_xy * t390
+    t2561 = -(c_4 * t859 + s_4 * t813) - w_6_xy * t392 - t404 * t1483
+    t2565 = t883 - w_6_xy * t394 - t408 * t1483
+    t2571 = -(t406 * t1483) - t442 * t2565
+    t2575 = t2561 - t441 * t2565 - t460 * t2571
+    t2577 = t2553 - t403 * t1483 - t439 * t2565 - t459 * t2571 - t480 * t2575
+    t2578 = t1489 * t2577
+    t2585 = t1490 * t2575 - t480 * t2578
+    t2589 = t1491 * t2571 - t459 * t2578 - t460 * t2585
+    t2595 = t1492 * t2565 - t439 * t2578 - t441 * t2585 - t442 * t2589
+    t2599 = -8.148888119704473 * t813 - t403 * t2578 - t404 * t2585
+    t2607 = w_6_xy * 49.26108374384237 - t390 * t2578 - t392 * t2585
+    t2619 = c_4 * t858 - s_4 * t811 - t392 * t787 - t404 * t1485
+    t2623 = t877 - t866 - t394 * t787 - t408 * t1485
+    t2629 = -(t406 * t1485) - t442 * t2623
+    t2631 = t1322 - t390 * t787 - t403 * t1485 - t439 * t2623 - t459 * t2629
+    t2633 = t2619 - t441 * t2623 - t460 * t2629
+    t2636 = t1489 * (t2631 - t480 * t2633)
+    t2643 = t1490 * t2633 - t480 * t2636
+    t2647 = t1491 * t2629 - t459 * t2636 - t460 * t2643
+    t2653 = t1492 * t2623 - t439 * t2636 - t441 * t2643 - t442 * t2647
+    t2657 = -8.148888119704473 * t811 - t403 * t2636 - t404 * t2643
+    t2665 = w_6_xy * -49.26108374384237 - t390 * t2636 - t392 * t2643
+    t2669 = c_2 * t884 - s_2 * (s_4 * t860 + c_4 * t809) - t390 * t806
+    t2677 = s_4 * t809 - c_4 * t860 - t392 * t806 - t404 * t809
+    t2681 = t884 - t394 * t806 - t408 * t809
+    t2687 = -(t406 * t809) - t442 * t2681
+    t2691 = t2677 - t441 * t2681 - t460 * t2687
+    t2693 = t2669 - t403 * t809 - t439 * t2681 - t459 * t2687 - t480 * t2691
+    t2694 = t1489 * t2693
+    t2701 = t1490 * t2691 - t480 * t2694
+    t2705 = t1491 * t2687 - t459 * t2694 - t460 * t2701
+    t2711 = t1492 * t2681 - t439 * t2694 - t441 * t2701 - t442 * t2705
+    t2715 = 8.148888119704473 * t809 - t403 * t2694 - t404 * t2701
+    t2723 = 49.26108374384237 * t806 - t390 * t2694 - t392 * t2701
+    t2726 = t541 * t1812
+    t2728 = t1815 - t480 * t2726
+    t2732 = -(t459 * t2726) - t460 * t2728
+    t2738 = -(t439 * t2726) - t441 * t2728 - t442 * t2732
+    t2746 = -(t403 * t2726) - t404 * t2728 - t406 * t2732 - t408 * t2738
+    t2755 = t460 * t551
+    t2758 = t1489 * (-(t459 * t551) - t479 * t2755)
+    t2762 = t478 * t2755 - t480 * t2758
+    t2766 = t551 * t1491 - t459 * t2758 - t460 * t2762
+    t2772 = -(t439 * t2758) - t441 * t2762 - t442 * t2766
+    t2780 = -(t403 * t2758) - t404 * t2762 - t406 * t2766 - t408 * t2772
+    t2791 = t442 * t557
+    t2796 = -(t441 * t557) - t460 * -t2791
+    t2799 = t1489 * (-(t439 * t557) - t458 * t2791 - t480 * t2796)
+    t2804 = t1490 * t2796 - t480 * t2799
+    t2808 = t457 * t2791 - t459 * t2799 - t460 * t2804
+    t2814 = t557 * t1492 - t439 * t2799 - t441 * t2804 - t442 * t2808
+    t2822 = -(t403 * t2799) - t404 * t2804 - t406 * t2808 - t408 * t2814
+    t2835 = t408 * t1487
+    t2836 = -t2835
+    t2842 = -(t406 * t1487) - t442 * t2836
+    t2846 = -(t404 * t1487) - t440 * t2835 - t460 * t2842
+    t2848 = -(t403 * t1487) - t439 * t2836 - t459 * t2842 - t480 * t2846
+    t2849 = t1489 * t2848
+    t2855 = t1490 * t2846 - t480 * t2849
+    t2859 = t1491 * t2842 - t459 * t2849 - t460 * t2855
+    t2865 = t438 * t2835 - t439 * t2849 - t441 * t2855 - t442 * t2859
+    t2869 = -8.148888119704473 * t692 - t403 * t2849 - t404 * t2855
+    t2884 = t394 * t1488
+    t2885 = -t2884
+    t2890 = t442 * t2885
+    t2895 = -(t392 * t1488) - t440 * t2884 - t460 * -t2890
+    t2897 = -(t390 * t1488) - t439 * t2885 - t458 * t2890 - t480 * t2895
+    t2898 = t1489 * t2897
+    t2904 = t1490 * t2895 - t480 * t2898
+    t2908 = t457 * t2890 - t459 * t2898 - t460 * t2904
+    t2914 = t438 * t2884 - t439 * t2898 - t441 * t2904 - t442 * t2908
+    t2922 = -(t403 * t2898) - t404 * t2904 - t406 * t2908 - t408 * t2914
+    t2926 = -49.26108374384237 * t805 - t390 * t2898 - t392 * t2904
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -14685,258 +17670,1334 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[249 * S + k] = 0.0
     out[250 * S + k] = 0.0
     out[251 * S + k] = 0.0
-    out[252 * S + k] = -t1390
+    out[252 * S + k] = t1513
     out[253 * S + k] = 0.0
-    out[254 * S + k] = -t1455
-    out[255 * S + k] = -t1516
-    out[256 * S + k] = -t1552
+    out[254 * S + k] = t1565
+    out[255 * S + k] = t1616
+    out[256 * S + k] = t1647
     out[257 * S + k] = 0.0
-    out[258 * S + k] = -t1578
+    out[258 * S + k] = t1674
     out[259 * S + k] = 0.0
-    out[260 * S + k] = t1603
+    out[260 * S + k] = t1701
     out[261 * S + k] = 0.0
-    out[262 * S + k] = -t1628
-    out[263 * S + k] = -t1654
-    out[264 * S + k] = t1682
-    out[265 * S + k] = t1714
-    out[266 * S + k] = t1744
-    out[267 * S + k] = t1787
-    out[268 * S + k] = -t1834
-    out[269 * S + k] = t1714
-    out[270 * S + k] = t1682
-    out[271 * S + k] = t1744
-    out[272 * S + k] = t1888
-    out[273 * S + k] = -t1944
-    out[274 * S + k] = -t1993
-    out[275 * S + k] = t2038
-    out[276 * S + k] = -t2083
-    out[277 * S + k] = -t2119
-    out[278 * S + k] = t2174
-    out[279 * S + k] = -t2232
-    out[280 * S + k] = t2290
-    out[281 * S + k] = t2343
-    out[282 * S + k] = -t2397
-    out[283 * S + k] = t2457
-    out[284 * S + k] = t2514
-    out[285 * S + k] = -t2574
-    out[286 * S + k] = t2633
+    out[262 * S + k] = t1728
+    out[263 * S + k] = t1755
+    out[264 * S + k] = t1784
+    out[265 * S + k] = t1814
+    out[266 * S + k] = t1844
+    out[267 * S + k] = t1878
+    out[268 * S + k] = t1913
+    out[269 * S + k] = t1814
+    out[270 * S + k] = t1784
+    out[271 * S + k] = t1844
+    out[272 * S + k] = t1954
+    out[273 * S + k] = t1996
+    out[274 * S + k] = t2038
+    out[275 * S + k] = t2080
+    out[276 * S + k] = t2122
+    out[277 * S + k] = t2164
+    out[278 * S + k] = t2214
+    out[279 * S + k] = t2265
+    out[280 * S + k] = t2317
+    out[281 * S + k] = t2368
+    out[282 * S + k] = t2419
+    out[283 * S + k] = t2470
+    out[284 * S + k] = t2521
+    out[285 * S + k] = t2578
+    out[286 * S + k] = t2636
     out[287 * S + k] = t2694
-    out[288 * S + k] = t1603
-    out[289 * S + k] = -t2728
-    out[290 * S + k] = t2757
-    out[291 * S + k] = t2794
-    out[292 * S + k] = t2840
-    out[293 * S + k] = -t2887
-    out[294 * S + k] = t1398
+    out[288 * S + k] = t1701
+    out[289 * S + k] = t2726
+    out[290 * S + k] = t2758
+    out[291 * S + k] = t2799
+    out[292 * S + k] = t2849
+    out[293 * S + k] = t2898
+    out[294 * S + k] = t1520
     out[295 * S + k] = 0.0
-    out[296 * S + k] = t1462
-    out[297 * S + k] = -t1523
-    out[298 * S + k] = -t1554
+    out[296 * S + k] = t1571
+    out[297 * S + k] = t1622
+    out[298 * S + k] = t1649
     out[299 * S + k] = 0.0
-    out[300 * S + k] = -t1580
+    out[300 * S + k] = t1676
     out[301 * S + k] = 0.0
-    out[302 * S + k] = t1605
+    out[302 * S + k] = t1703
     out[303 * S + k] = 0.0
-    out[304 * S + k] = -t1630
-    out[305 * S + k] = -t1656
-    out[306 * S + k] = t1686
-    out[307 * S + k] = t1718
-    out[308 * S + k] = t1746
-    out[309 * S + k] = t1790 - t1788
-    out[310 * S + k] = t1839
-    out[311 * S + k] = t1718
-    out[312 * S + k] = t1686
-    out[313 * S + k] = t1746
-    out[314 * S + k] = t1892 - t1889
-    out[315 * S + k] = -t1950
-    out[316 * S + k] = -t1999
-    out[317 * S + k] = t2042 - t2039
-    out[318 * S + k] = t2089
-    out[319 * S + k] = -t2123
-    out[320 * S + k] = t2179 - t2175
-    out[321 * S + k] = -t2240
-    out[322 * S + k] = t2296
-    out[323 * S + k] = t2348 - t2344
-    out[324 * S + k] = -t2404
-    out[325 * S + k] = t2462 - t2458
-    out[326 * S + k] = t2519 - t2515
-    out[327 * S + k] = t2582
-    out[328 * S + k] = t2638 - t2634
-    out[329 * S + k] = t2700 - t2695
-    out[330 * S + k] = t1605
-    out[331 * S + k] = -t2731
-    out[332 * S + k] = t2761
-    out[333 * S + k] = t2798 - t2795
-    out[334 * S + k] = t2845 - t2841
-    out[335 * S + k] = t2894
-    out[336 * S + k] = t1402
+    out[304 * S + k] = t1730
+    out[305 * S + k] = t1757
+    out[306 * S + k] = t1787
+    out[307 * S + k] = t1817
+    out[308 * S + k] = t1847
+    out[309 * S + k] = t1882
+    out[310 * S + k] = t1917
+    out[311 * S + k] = t1817
+    out[312 * S + k] = t1787
+    out[313 * S + k] = t1847
+    out[314 * S + k] = t1959
+    out[315 * S + k] = t2001
+    out[316 * S + k] = t2043
+    out[317 * S + k] = t2085
+    out[318 * S + k] = t2127
+    out[319 * S + k] = t2169
+    out[320 * S + k] = t2220
+    out[321 * S + k] = t2272
+    out[322 * S + k] = t2323
+    out[323 * S + k] = t2374
+    out[324 * S + k] = t2425
+    out[325 * S + k] = t2476
+    out[326 * S + k] = t2527
+    out[327 * S + k] = t2585
+    out[328 * S + k] = t2643
+    out[329 * S + k] = t2701
+    out[330 * S + k] = t1703
+    out[331 * S + k] = t2728
+    out[332 * S + k] = t2762
+    out[333 * S + k] = t2804
+    out[334 * S + k] = t2855
+    out[335 * S + k] = t2904
+    out[336 * S + k] = t1524
     out[337 * S + k] = 0.0
-    out[338 * S + k] = t1466
-    out[339 * S + k] = t1526 - t1527
-    out[340 * S + k] = t1558
+    out[338 * S + k] = t1575
+    out[339 * S + k] = t1626
+    out[340 * S + k] = t1653
     out[341 * S + k] = 0.0
-    out[342 * S + k] = t1584
+    out[342 * S + k] = t1680
     out[343 * S + k] = 0.0
-    out[344 * S + k] = t1608
+    out[344 * S + k] = t1707
     out[345 * S + k] = 0.0
-    out[346 * S + k] = t1634
-    out[347 * S + k] = t1660
-    out[348 * S + k] = t1690
-    out[349 * S + k] = t1722
-    out[350 * S + k] = t1750
-    out[351 * S + k] = t1796
-    out[352 * S + k] = -t1843
-    out[353 * S + k] = t1722
-    out[354 * S + k] = t1690
-    out[355 * S + k] = t1750
-    out[356 * S + k] = t1898
-    out[357 * S + k] = t1955
-    out[358 * S + k] = t2004
-    out[359 * S + k] = t2046 - t2047
-    out[360 * S + k] = t2093
-    out[361 * S + k] = t2128
-    out[362 * S + k] = t2185
-    out[363 * S + k] = t2245
-    out[364 * S + k] = -t2300
-    out[365 * S + k] = t2352 - t2353
-    out[366 * S + k] = t2407 - t2408
-    out[367 * S + k] = t2468
-    out[368 * S + k] = t2523 - t2524
-    out[369 * S + k] = -t2586
-    out[370 * S + k] = t2642 - t2643
-    out[371 * S + k] = t2706
-    out[372 * S + k] = t1608
-    out[373 * S + k] = t2735
-    out[374 * S + k] = -t2765
-    out[375 * S + k] = t2804
-    out[376 * S + k] = t2849 - t2850
-    out[377 * S + k] = t2898
-    out[378 * S + k] = -t1408
+    out[346 * S + k] = t1734
+    out[347 * S + k] = t1761
+    out[348 * S + k] = t1791
+    out[349 * S + k] = t1821
+    out[350 * S + k] = t1851
+    out[351 * S + k] = t1886
+    out[352 * S + k] = t1921
+    out[353 * S + k] = t1821
+    out[354 * S + k] = t1791
+    out[355 * S + k] = t1851
+    out[356 * S + k] = t1963
+    out[357 * S + k] = t2005
+    out[358 * S + k] = t2047
+    out[359 * S + k] = t2089
+    out[360 * S + k] = t2131
+    out[361 * S + k] = t2173
+    out[362 * S + k] = t2224
+    out[363 * S + k] = t2276
+    out[364 * S + k] = t2327
+    out[365 * S + k] = t2378
+    out[366 * S + k] = t2429
+    out[367 * S + k] = t2480
+    out[368 * S + k] = t2531
+    out[369 * S + k] = t2589
+    out[370 * S + k] = t2647
+    out[371 * S + k] = t2705
+    out[372 * S + k] = t1707
+    out[373 * S + k] = t2732
+    out[374 * S + k] = t2766
+    out[375 * S + k] = t2808
+    out[376 * S + k] = t2859
+    out[377 * S + k] = t2908
+    out[378 * S + k] = t1530
     out[379 * S + k] = 0.0
-    out[380 * S + k] = -t1472
-    out[381 * S + k] = t1532 - t1534
-    out[382 * S + k] = t1563
+    out[380 * S + k] = t1581
+    out[381 * S + k] = t1632
+    out[382 * S + k] = t1659
     out[383 * S + k] = 0.0
-    out[384 * S + k] = t1589
+    out[384 * S + k] = t1686
     out[385 * S + k] = 0.0
-    out[386 * S + k] = t1613
+    out[386 * S + k] = t1713
     out[387 * S + k] = 0.0
-    out[388 * S + k] = t1639
-    out[389 * S + k] = t1665
-    out[390 * S + k] = t1696
-    out[391 * S + k] = t1728
-    out[392 * S + k] = t1756
-    out[393 * S + k] = -t1801
-    out[394 * S + k] = t1849
-    out[395 * S + k] = t1728
-    out[396 * S + k] = t1696
-    out[397 * S + k] = t1756
-    out[398 * S + k] = -t1904
-    out[399 * S + k] = -t1961
-    out[400 * S + k] = -t2010
-    out[401 * S + k] = t2055
-    out[402 * S + k] = -t2099
-    out[403 * S + k] = -t2134
-    out[404 * S + k] = t2191
-    out[405 * S + k] = t2251
-    out[406 * S + k] = t2304 - t2306
-    out[407 * S + k] = t2361
-    out[408 * S + k] = t2413 - t2415
-    out[409 * S + k] = -t2474
-    out[410 * S + k] = t2529 - t2531
-    out[411 * S + k] = t2590 - t2592
-    out[412 * S + k] = t2651
-    out[413 * S + k] = t2712
-    out[414 * S + k] = t1613
-    out[415 * S + k] = t2740
-    out[416 * S + k] = t2769 - t2770
-    out[417 * S + k] = -t2810
-    out[418 * S + k] = t2855 - t2857
-    out[419 * S + k] = -t2904
-    out[420 * S + k] = t414 * t1408 + (t1415 - t412 * t1402)
+    out[388 * S + k] = t1740
+    out[389 * S + k] = t1767
+    out[390 * S + k] = t1797
+    out[391 * S + k] = t1827
+    out[392 * S + k] = t1857
+    out[393 * S + k] = t1892
+    out[394 * S + k] = t1927
+    out[395 * S + k] = t1827
+    out[396 * S + k] = t1797
+    out[397 * S + k] = t1857
+    out[398 * S + k] = t1969
+    out[399 * S + k] = t2011
+    out[400 * S + k] = t2053
+    out[401 * S + k] = t2095
+    out[402 * S + k] = t2137
+    out[403 * S + k] = t2179
+    out[404 * S + k] = t2230
+    out[405 * S + k] = t2282
+    out[406 * S + k] = t2333
+    out[407 * S + k] = t2384
+    out[408 * S + k] = t2435
+    out[409 * S + k] = t2486
+    out[410 * S + k] = t2537
+    out[411 * S + k] = t2595
+    out[412 * S + k] = t2653
+    out[413 * S + k] = t2711
+    out[414 * S + k] = t1713
+    out[415 * S + k] = t2738
+    out[416 * S + k] = t2772
+    out[417 * S + k] = t2814
+    out[418 * S + k] = t2865
+    out[419 * S + k] = t2914
+    out[420 * S + k] = t1534 - t406 * t1524 - t408 * t1530
     out[421 * S + k] = 0.0
-    out[422 * S + k] = t414 * t1472 + (t1479 - t412 * t1466)
-    out[423 * S + k] = t414 * t1535 + (t412 * t1528 + t1542)
-    out[424 * S + k] = t1570
+    out[422 * S + k] = t1585 - t406 * t1575 - t408 * t1581
+    out[423 * S + k] = t1636 - t406 * t1626 - t408 * t1632
+    out[424 * S + k] = t1667
     out[425 * S + k] = 0.0
-    out[426 * S + k] = t1596
+    out[426 * S + k] = t1694
     out[427 * S + k] = 0.0
-    out[428 * S + k] = t1620
+    out[428 * S + k] = t1721
     out[429 * S + k] = 0.0
-    out[430 * S + k] = t1646
-    out[431 * S + k] = t1672
-    out[432 * S + k] = t1703
-    out[433 * S + k] = t1735
-    out[434 * S + k] = t1763
-    out[435 * S + k] = t1809
-    out[436 * S + k] = t1856
-    out[437 * S + k] = t1735
-    out[438 * S + k] = t1703
-    out[439 * S + k] = t1763
-    out[440 * S + k] = t1912
-    out[441 * S + k] = t1969
-    out[442 * S + k] = t2018
-    out[443 * S + k] = t2062
-    out[444 * S + k] = t2107
-    out[445 * S + k] = t2142
-    out[446 * S + k] = t2197 - t412 * t2185 - t414 * t2191
-    out[447 * S + k] = t2257 - t412 * t2245 - t414 * t2251
-    out[448 * S + k] = t414 * t2307 + (t412 * t2300 + t2314)
-    out[449 * S + k] = t412 * t2354 + t2367 - t414 * t2361
-    out[450 * S + k] = t414 * t2416 + (t412 * t2409 + t2423)
-    out[451 * S + k] = t414 * t2474 + (t2481 - t412 * t2468)
-    out[452 * S + k] = t414 * t2532 + (t412 * t2525 + t2539)
-    out[453 * S + k] = t414 * t2593 + (t2600 - t410 * t2582)
-    out[454 * S + k] = t412 * t2644 + t2657 - t414 * t2651
-    out[455 * S + k] = t2718 - t412 * t2706 - t414 * t2712
-    out[456 * S + k] = t1620
-    out[457 * S + k] = t2747
-    out[458 * S + k] = t2779
-    out[459 * S + k] = t2818
-    out[460 * S + k] = t414 * t2858 + (t412 * t2851 + t2865)
-    out[461 * S + k] = t2912
-    out[462 * S + k] = t401 * t1408 + (t398 * t1390 + t399 * t1398)
+    out[430 * S + k] = t1748
+    out[431 * S + k] = t1775
+    out[432 * S + k] = t1805
+    out[433 * S + k] = t1835
+    out[434 * S + k] = t1865
+    out[435 * S + k] = t1900
+    out[436 * S + k] = t1935
+    out[437 * S + k] = t1835
+    out[438 * S + k] = t1805
+    out[439 * S + k] = t1865
+    out[440 * S + k] = t1977
+    out[441 * S + k] = t2019
+    out[442 * S + k] = t2061
+    out[443 * S + k] = t2103
+    out[444 * S + k] = t2145
+    out[445 * S + k] = t2187
+    out[446 * S + k] = t2234 - t406 * t2224 - t408 * t2230
+    out[447 * S + k] = t2286 - t406 * t2276 - t408 * t2282
+    out[448 * S + k] = t2337 - t406 * t2327 - t408 * t2333
+    out[449 * S + k] = t2388 - t406 * t2378 - t408 * t2384
+    out[450 * S + k] = t2439 - t406 * t2429 - t408 * t2435
+    out[451 * S + k] = t2490 - t406 * t2480 - t408 * t2486
+    out[452 * S + k] = t2541 - t406 * t2531 - t408 * t2537
+    out[453 * S + k] = t2599 - t406 * t2589 - t408 * t2595
+    out[454 * S + k] = t2657 - t406 * t2647 - t408 * t2653
+    out[455 * S + k] = t2715 - t406 * t2705 - t408 * t2711
+    out[456 * S + k] = t1721
+    out[457 * S + k] = t2746
+    out[458 * S + k] = t2780
+    out[459 * S + k] = t2822
+    out[460 * S + k] = t2869 - t406 * t2859 - t408 * t2865
+    out[461 * S + k] = t2922
+    out[462 * S + k] = -(t390 * t1513) - t392 * t1520 - t394 * t1530
     out[463 * S + k] = 0.0
-    out[464 * S + k] = t401 * t1472 + (t398 * t1455 + t399 * t1462)
-    out[465 * S + k] = t401 * t1535 + (t398 * t1516 - t399 * t1523)
-    out[466 * S + k] = t398 * t1552 - t399 * t1554 - t401 * t1563
+    out[464 * S + k] = -(t390 * t1565) - t392 * t1571 - t394 * t1581
+    out[465 * S + k] = -(t390 * t1616) - t392 * t1622 - t394 * t1632
+    out[466 * S + k] = -(t390 * t1647) - t392 * t1649 - t394 * t1659
     out[467 * S + k] = 0.0
-    out[468 * S + k] = t398 * t1578 - t399 * t1580 - t401 * t1589
+    out[468 * S + k] = -(t390 * t1674) - t392 * t1676 - t394 * t1686
     out[469 * S + k] = 0.0
-    out[470 * S + k] = t1625
+    out[470 * S + k] = t1727
     out[471 * S + k] = 0.0
-    out[472 * S + k] = t398 * t1628 - t399 * t1630 - t401 * t1639
-    out[473 * S + k] = t398 * t1654 - t399 * t1656 - t401 * t1665
-    out[474 * S + k] = t1708
-    out[475 * S + k] = t1740
-    out[476 * S + k] = t1768
-    out[477 * S + k] = t401 * t1801 - t398 * t1787 - t399 * t1791
-    out[478 * S + k] = t398 * t1834 + t399 * t1839 - t401 * t1849
-    out[479 * S + k] = t1740
-    out[480 * S + k] = t1708
-    out[481 * S + k] = t1768
-    out[482 * S + k] = t401 * t1904 - t398 * t1888 - t399 * t1893
-    out[483 * S + k] = t401 * t1961 + (t398 * t1944 - t399 * t1950)
-    out[484 * S + k] = t401 * t2010 + (t398 * t1993 - t399 * t1999)
-    out[485 * S + k] = -(t401 * t2055 + (t398 * t2038 + t399 * t2043))
-    out[486 * S + k] = t401 * t2099 + (t398 * t2083 + t399 * t2089)
-    out[487 * S + k] = t401 * t2134 + (t398 * t2119 - t399 * t2123)
-    out[488 * S + k] = -(t401 * t2191 + (t398 * t2174 + t399 * t2180))
-    out[489 * S + k] = t398 * t2232 - t399 * t2240 - t401 * t2251
-    out[490 * S + k] = t401 * t2307 + (t399 * t2296 - t398 * t2290)
-    out[491 * S + k] = -(t401 * t2361 + (t398 * t2343 + t399 * t2349))
-    out[492 * S + k] = t401 * t2416 + (t398 * t2397 - t399 * t2404)
-    out[493 * S + k] = t401 * t2474 - t398 * t2457 - t399 * t2463
-    out[494 * S + k] = t401 * t2532 - t398 * t2514 - t399 * t2520
-    out[495 * S + k] = t2608
-    out[496 * S + k] = -t2665
-    out[497 * S + k] = -(t401 * t2712 + t2725)
-    out[498 * S + k] = t1625
-    out[499 * S + k] = t398 * t2728 - t399 * t2731 - t401 * t2740
-    out[500 * S + k] = t401 * t2771 + (t399 * t2761 - t398 * t2757)
-    out[501 * S + k] = t401 * t2810 - t398 * t2794 - t399 * t2799
-    out[502 * S + k] = t401 * t2858 - t398 * t2840 - t399 * t2846
-    out[503 * S + k] = t401 * t2904 + t2917
+    out[472 * S + k] = -(t390 * t1728) - t392 * t1730 - t394 * t1740
+    out[473 * S + k] = -(t390 * t1755) - t392 * t1757 - t394 * t1767
+    out[474 * S + k] = t1811
+    out[475 * S + k] = t1841
+    out[476 * S + k] = t1871
+    out[477 * S + k] = -(t390 * t1878) - t392 * t1882 - t394 * t1892
+    out[478 * S + k] = -(t390 * t1913) - t392 * t1917 - t394 * t1927
+    out[479 * S + k] = t1841
+    out[480 * S + k] = t1811
+    out[481 * S + k] = t1871
+    out[482 * S + k] = -(t390 * t1954) - t392 * t1959 - t394 * t1969
+    out[483 * S + k] = -(t390 * t1996) - t392 * t2001 - t394 * t2011
+    out[484 * S + k] = -(t390 * t2038) - t392 * t2043 - t394 * t2053
+    out[485 * S + k] = -(t390 * t2080) - t392 * t2085 - t394 * t2095
+    out[486 * S + k] = -(t390 * t2122) - t392 * t2127 - t394 * t2137
+    out[487 * S + k] = -(t390 * t2164) - t392 * t2169 - t394 * t2179
+    out[488 * S + k] = -(t390 * t2214) - t392 * t2220 - t394 * t2230
+    out[489 * S + k] = -(t390 * t2265) - t392 * t2272 - t394 * t2282
+    out[490 * S + k] = -(t390 * t2317) - t392 * t2323 - t394 * t2333
+    out[491 * S + k] = -(t390 * t2368) - t392 * t2374 - t394 * t2384
+    out[492 * S + k] = -(t390 * t2419) - t392 * t2425 - t394 * t2435
+    out[493 * S + k] = -(t390 * t2470) - t392 * t2476 - t394 * t2486
+    out[494 * S + k] = -(t390 * t2521) - t392 * t2527 - t394 * t2537
+    out[495 * S + k] = t2607 - t394 * t2595
+    out[496 * S + k] = t2665 - t394 * t2653
+    out[497 * S + k] = t2723 - t394 * t2711
+    out[498 * S + k] = t1727
+    out[499 * S + k] = -(t390 * t2726) - t392 * t2728 - t394 * t2738
+    out[500 * S + k] = -(t390 * t2758) - t392 * t2762 - t394 * t2772
+    out[501 * S + k] = -(t390 * t2799) - t392 * t2804 - t394 * t2814
+    out[502 * S + k] = -(t390 * t2849) - t392 * t2855 - t394 * t2865
+    out[503 * S + k] = t2926 - t394 * t2914
+
+
+_state_derivative_parameter_jacobian_columns = _columns(252, 42, (0, 0, 0, 0, 0, 33), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    q_3 = x[2 * S + k]
+    q_4 = x[3 * S + k]
+    q_5 = x[4 * S + k]
+    q_6 = x[5 * S + k]
+    qd_1 = x[6 * S + k]
+    qd_2 = x[7 * S + k]
+    qd_3 = x[8 * S + k]
+    qd_4 = x[9 * S + k]
+    qd_5 = x[10 * S + k]
+    qd_6 = x[11 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_3 = u[2 * S + k]
+    u_4 = u[3 * S + k]
+    u_5 = u[4 * S + k]
+    u_6 = u[5 * S + k]
+    s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
+    # link 5 (wrist_bend): composite body, before its turn
+    t20 = s_5 * s_5
+    S_5_a = t20 * -0.0280161283
+    S_5_b = -0.0280161283 * (c_5 * s_5)
+    t26 = S_5_a + 0.00115
+    y0_5_5_n_x = s_5 * -1.0697399999999999e-05
+    S_5t_23 = c_5 * -1.0697399999999999e-05
+    t31 = s_5 * -0.079443
+    h_5t_x = s_5 * 0.079443
+    # link 4 (wrist_roll): composite body
+    t35 = S_5t_23 - 5.36544e-05
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    t39 = S_5_a + 0.0056497356
+    S_4_p = s_5 * 2.1394799999999997e-05
+    t44 = ss_4 * t39 - sc_4 * S_4_p
+    t49 = s_4 * t35 - c_4 * S_5_b
+    t55 = s_4 * 0.029825999999999995 - c_4 * h_5t_x
+    h_4t_y = s_4 * h_5t_x + c_4 * 0.029825999999999995
+    # link 3 (boom): composite body
+    t62 = s_5 * 1.0697399999999999e-05 - sc_4 * t39 - ss_4 * S_4_p
+    S_3_12 = t62 + h_4t_y * 0.0203
+    t67 = t55 - 0.13134099999999999
+    y0_5_5_f_x = c_5 * 0.079443
+    h_3_z = y0_5_5_f_x - 2.7499110000000004
+    # link 3 (boom): composite body, before its turn
+    t72 = q_3 * 6.470000000000001
+    t73 = h_3_z + t72
+    # link 2 (shoulder_tilt): composite body
+    t75 = t44 - 0.012499735599999895
+    y0_3_4_b_x = c_4 * t35 + s_4 * S_5_b - q_3 * h_4t_y
+    t85 = t20 * 0.0280161283 - q_3 * (h_3_z + t73) - 4.314419422000001
+    S_2_23 = t49 + c_5 * 0.0016126928999999999 - q_3 * t67 - 0.055823193300000004
+    # link 2 (shoulder_tilt): composite body, before its turn
+    t96 = c_2 * s_2
+    h_2b_y = t67 + 0.99638
+    # link 4 (wrist_roll): effort with joint 5
+    y0_4_5_f_y = s_4 * y0_5_5_f_x
+    # link 3 (boom): effort with joint 5
+    y0_3_5_b_x = c_4 * (q_3 * y0_5_5_f_x + 0.025716128300000002) + (s_4 * y0_5_5_n_x + s_5 * 0.0016126928999999999)
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (s_4 * 0.025716128300000002 - c_4 * y0_5_5_n_x)
+    # link 2 (shoulder_tilt): effort with joint 5
+    y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
+    t126 = c_2 * (c_5 * 1.0697399999999999e-05 - 0.0203 * y0_4_5_f_y)
+    t131 = s_2 * y0_3_5_b_x + (t126 + y0_2_5_f_x * 0.154)
+    # link 5 (wrist_bend): effort with joint 6
+    y0_5_6_n_x = s_5 * 0.0002999999999999999
+    # link 4 (wrist_roll): effort with joint 6
+    y0_4_6_n_x = c_4 * y0_5_6_n_x
+    # link 2 (shoulder_tilt): effort with joint 6
+    t135 = s_2 * s_4
+    t139 = y0_5_6_n_x * t135 - 0.0002999999999999999 * (c_2 * c_5)
+    # link 1 (shoulder_pan): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (shoulder_tilt): angular velocity of link 1
+    t147 = s_2 * qd_1
+    t148 = c_2 * qd_1
+    # link 2 (shoulder_tilt): products of angular velocity
+    w_2_xy = t147 * t148
+    t150 = qd_2 * t147
+    t151 = qd_2 * t148
+    w_2_xx = t147 * t147
+    w_2_zz = qd_2 * qd_2
+    # link 2 (shoulder_tilt): acceleration field U
+    t154 = w_2_xx + w_2_zz
+    U_2_zy = t151 * -2.0
+    # link 2 (shoulder_tilt): Euler, inertial moment
+    t157 = w_1_zz - t154
+    # link 3 (boom): acceleration of its frame
+    t165 = 0.154 * w_1_zz - qd_3 * t147 * 2.0
+    t166 = q_3 * U_2_zy + t165
+    t171 = s_2 * 9.81 - 2.0 * (qd_2 * qd_3)
+    t172 = q_3 * w_2_xy + t171
+    a_3_z = c_2 * 9.81 - q_3 * t154
+    # link 3 (boom): products of angular velocity
+    w_3_zz = t148 * t148
+    # link 3 (boom): acceleration field U
+    U_3_xx = w_2_zz - t154 - w_3_zz
+    # link 4 (wrist_roll): angular velocity of link 3
+    t180 = s_4 * t147 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t147
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t186 = s_4 * w_2_xy - c_4 * U_2_zy
+    # link 4 (wrist_roll): acceleration of its joint
+    t189 = 0.0203 * U_3_xx
+    t190 = t166 + t189
+    # link 4 (wrist_roll): acceleration
+    t193 = s_4 * t172 - c_4 * t190
+    # link 4 (wrist_roll): angular velocity
+    omega_4_z = qd_4 + t148
+    # link 4 (wrist_roll): products of angular velocity
+    t198 = t180 * omega_4r_y
+    w_4_xy = -t198
+    t200 = t180 * omega_4_z
+    w_4_xx = t180 * t180
+    w_4_zz = omega_4_z * omega_4_z
+    # link 4 (wrist_roll): angular acceleration
+    t203 = t186 - t200
+    # link 4 (wrist_roll): acceleration field U
+    U_4_xy = t150 - t198
+    t205 = w_4_xx + w_4_zz
+    t207 = 2.0 * (omega_4r_y * omega_4_z)
+    U_4_zy = t207 + (c_4 * w_2_xy + s_4 * U_2_zy)
+    # link 4 (wrist_roll): Euler, inertial moment
+    t210 = t154 - t205
+    # link 5 (wrist_bend): angular velocity of link 4
+    t213 = s_5 * omega_4_z + c_5 * t180
+    omega_5r_y = s_5 * t180 - c_5 * omega_4_z
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t219 = s_5 * U_4_zy - c_5 * U_4_xy
+    # link 5 (wrist_bend): angular velocity
+    omega_5_z = qd_5 + omega_4r_y
+    # link 5 (wrist_bend): products of angular velocity
+    t226 = t213 * omega_5r_y
+    w_5_xy = -t226
+    t228 = t213 * omega_5_z
+    w_5_xx = t213 * t213
+    w_5_zz = omega_5_z * omega_5_z
+    # link 5 (wrist_bend): acceleration field U
+    U_5_xy = t203 - t226
+    t232 = w_5_xx + w_5_zz
+    U_5_zx = t219 - 2.0 * t228
+    t236 = 2.0 * (omega_5r_y * omega_5_z)
+    U_5_zy = t236 + (c_5 * U_4_zy + s_5 * U_4_xy)
+    # link 5 (wrist_bend): Newton, inertial force
+    F_5_x = -0.079443 * U_5_xy
+    F_5_y = 0.079443 * t232
+    # link 5 (wrist_bend): Euler, inertial moment
+    t241 = t205 - t232
+    # link 6 (hand): angular velocity of link 5
+    omega_6r_x = s_6 * omega_5_z - c_6 * t213
+    omega_6r_y = s_6 * t213 + c_6 * omega_5_z
+    # link 6 (hand): angular velocity
+    omega_6_z = qd_6 - omega_5r_y
+    # link 6 (hand): products of angular velocity
+    w_6_xy = omega_6r_x * omega_6r_y
+    # link 6 (hand): angular acceleration
+    alpha_6_z = t219 - t228
+    # link 6 (hand): acceleration field U
+    t256 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = t256 + (s_6 * U_5_zy + c_6 * U_5_xy)
+    t260 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = t260 + (c_6 * U_5_zy - s_6 * U_5_xy)
+    # link 6 (hand): Euler, inertial moment
+    N_6_x = U_6_zy * 0.00014999999999999996
+    N_6_y = U_6_zx * -0.00014999999999999996
+    N_6_z = 0.0002999999999999999 * alpha_6_z
+    # link 5 (wrist_bend): moment from link 4
+    t275 = 0.079443 * (c_4 * t172 + s_4 * t190) + U_5_zy * 0.0268661283
+    n_5_x = c_6 * N_6_x + (t275 + 1.0697399999999999e-05 * t241 - s_6 * N_6_y)
+    t284 = N_6_z + (1.0697399999999999e-05 * U_5_xy - U_5_zx * 0.0013)
+    t288 = t203 * 0.0255661283 + 1.0697399999999999e-05 * t219
+    t293 = t288 + 0.079443 * (s_5 * a_3_z + c_5 * t193) - t226 * 0.0281661283
+    t295 = t293 - c_6 * N_6_y - s_6 * N_6_x
+    # link 5 (wrist_bend): force, before its turn
+    t296 = s_5 * F_5_y
+    t298 = c_5 * F_5_y
+    # link 4 (wrist_roll): force from link 3
+    f_4_x = c_5 * F_5_x + (0.029825999999999995 * U_4_xy - t296)
+    t308 = t205 * -0.029825999999999995
+    t310 = 0.079443 * U_5_zy - t308
+    f_4_z = 0.029825999999999995 * U_4_zy - t298 - s_5 * F_5_x
+    # link 4 (wrist_roll): moment from link 3
+    t317 = 0.029825999999999995 * a_3_z + U_4_zy * 0.0043497356
+    n_4_x = c_5 * n_5_x + (s_5 * t284 + (t317 - 5.36544e-05 * t210))
+    n_4_y = 5.36544e-05 * U_4_xy - t295
+    t328 = 5.36544e-05 * t186 + 0.029825999999999995 * t193 - U_4_xy * 0.0043497356
+    t330 = c_5 * t284 + t328 - s_5 * n_5_x
+    # link 4 (wrist_roll): force, before its turn
+    f_4t_y = s_4 * f_4_x - c_4 * t310
+    # link 3 (boom): force from link 2
+    t343 = t151 * 5.499822000000001 + 6.470000000000001 * t166
+    t346 = c_4 * f_4_x + (t343 + 0.13134099999999999 * U_3_xx)
+    t350 = 2.7499110000000004 * w_2_xy - 6.470000000000001 * t172
+    f_3_y = f_4t_y + t350
+    t352 = 2.7499110000000004 * t154
+    f_3_z = t352 + (f_4_z + 6.470000000000001 * a_3_z)
+    # link 2 (shoulder_tilt): moment from link 1
+    t361 = t151 * 8.575106587400002 - 0.055823193300000004 * t157
+    t365 = t361 + 2.7499110000000004 * t166 + 0.13134099999999999 * a_3_z
+    t370 = t365 + 0.0203 * f_4_z - s_4 * n_4_x - c_4 * n_4_y - q_3 * (s_4 * t310 + t346)
+    t374 = 0.055823193300000004 * w_2_xy - t150 * 0.015999999999999792
+    t379 = t330 + (t374 - 0.13134099999999999 * t172) + 0.0203 * f_4t_y
+    # link 2 (shoulder_tilt): force, before its turn
+    f_2t_x = c_2 * f_3_y + s_2 * f_3_z
+    # effort less bias force
+    t385 = u_5 + t295
+    t386 = u_6 - N_6_z
+    # solve: L D L^T
+    t388 = t139 * 49.26108374384237
+    t391 = y0_4_6_n_x * 49.26108374384237
+    t394 = c_5 * 0.014778325123152707
+    t401 = t131 * 8.148888119704473
+    t404 = y0_3_5_b_z * 8.148888119704473
+    t406 = s_5 * -0.6473721188936825
+    t408 = c_5 * -8.717191577172662e-05
+    t421 = c_2 * (t26 - t55 * 0.13369999999999999 - 0.0044997356)
+    t424 = t421 + (s_2 * y0_3_4_b_x - t139 * t394 - t131 * t408)
+    t428 = y0_4_6_n_x * t394 + (t49 - q_3 * t55) - y0_3_5_b_z * t408
+    t429 = t31 * t408
+    t434 = t26 + S_5t_23 * t408 + 0.0002999999999999999 * (c_5 * t394)
+    t438 = 1.0 / (t434 - 0.1104997356)
+    t439 = t424 * t438
+    t440 = t428 * t438
+    t442 = t429 * t438
+    t449 = t131 * t406 + t424 * t442 - s_2 * h_2b_y
+    t452 = t428 * t442 + (h_4t_y + y0_3_5_b_z * t406)
+    t457 = 1.0 / (t31 * t406 - t429 * t442 - 7.252000000000001)
+    t458 = t449 * t457
+    t460 = t452 * t457
+    t465 = c_2 * S_2_23 - s_2 * S_3_12 - (c_2 * t73 - s_2 * h_4t_y) * 0.154
+    t469 = t131 * t404 + (t465 - t139 * t391) - t424 * t440 - t449 * t460
+    t473 = y0_3_5_b_z * t404 + (y0_4_6_n_x * t391 + (t75 + t85))
+    t478 = 1.0 / (t473 - t428 * t440 - t452 * t460 - 2.193)
+    t479 = t469 * t478
+    t489 = t75 + (t26 - t44 + t55 * 0.0406) - (t75 - t85) * (s_2 * s_2)
+    t493 = t131 * t401 + (t139 * t388 + t489) - t424 * t439 - t449 * t458
+    t498 = t493 - t469 * t479 - 0.154 * (t67 + h_2b_y) + 2.0 * (y0_3_4_b_x * t96)
+    t510 = u_4 - t330 - t386 * t394 - t385 * t408
+    t516 = u_3 - f_3_z - t385 * t406 - t442 * t510
+    t523 = u_2 + w_2_xy * 4.279553293700001 - 2.7499110000000004 * t172
+    t527 = t386 * t391 + (c_4 * n_4_x + t523 - s_4 * n_4_y - q_3 * f_3_y)
+    t530 = t440 * t510 + (t527 - t385 * t404) - t460 * t516
+    t536 = t386 * t388 + (u_1 + 0.154 * f_2t_x - c_2 * t379 - s_2 * t370)
+    t540 = t479 * t530 + (t458 * t516 + (t385 * t401 + t536 - t439 * t510))
+    t541 = 1.0 / (t498 - 1.4339328644)
+    t542 = t540 * t541
+    t547 = t478 * t530 + t479 * t542
+    t551 = t457 * t516 + t458 * t542 - t460 * t547
+    t557 = t440 * t547 + (t438 * t510 - t439 * t542) - t442 * t551
+    # link 2 (shoulder_tilt): acceleration field U along the axis
+    t565 = c_2 * t542
+    t566 = s_2 * t542
+    # link 2 (shoulder_tilt): acceleration of its joint
+    a_2b_x = 0.154 * t542
+    # link 2 (shoulder_tilt): angular acceleration
+    alpha_2_y = t150 + t565
+    # link 2 (shoulder_tilt): acceleration field U
+    U_2_xy = w_2_xy + t547
+    t574 = t151 * 2.0 - t566
+    # derivative: link 2 (shoulder_tilt): Euler, inertial moment
+    t576 = t574 * 0.5
+    t577 = -w_2_xy
+    # link 3 (boom): acceleration of its joint
+    t579 = q_3 * t574
+    # link 3 (boom): acceleration of its frame
+    t580 = t165 - t579
+    t582 = q_3 * U_2_xy + (t171 - c_2 * a_2b_x)
+    t584 = s_2 * a_2b_x + (a_3_z - t551)
+    # link 3 (boom): acceleration field U
+    U_3_yx = t150 - alpha_2_y
+    # derivative: link 3 (boom): Newton, inertial force
+    t586 = t189 + t580
+    t590 = 6.470000000000001 * U_3_yx
+    t591 = 6.470000000000001 * t565
+    t593 = s_2 * -6.470000000000001
+    t595 = t582 - 0.0203 * U_3_yx
+    t597 = U_2_xy * 1.08
+    t599 = U_2_xy * 0.6447 - t595
+    t601 = U_2_xy * -4.25
+    t603 = 0.0203 * t566 - t584
+    t604 = t154 * 0.6447
+    # derivative: link 3 (boom): Euler, inertial moment
+    t607 = 0.0203 * t584
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t610 = s_4 * U_2_xy + c_4 * t574
+    # link 4 (wrist_roll): acceleration
+    t619 = s_4 * t595 - c_4 * t586
+    # derivative: link 4 (wrist_roll): acceleration
+    t620 = s_4 * t565 + c_4 * w_1_zz
+    t621 = s_4 * U_3_yx + c_4 * U_3_xx
+    # link 4 (wrist_roll): acceleration
+    t628 = c_4 * t595 + s_4 * t586
+    # link 4 (wrist_roll): angular acceleration
+    t631 = t200 - t610
+    t632 = t557 + alpha_2_y
+    # link 4 (wrist_roll): acceleration field U
+    t633 = t198 - t632
+    t634 = t200 + t631
+    t636 = t207 + c_4 * U_2_xy - s_4 * t574
+    # derivative: link 4 (wrist_roll): Newton, inertial force
+    t638 = t633 * -0.63
+    t640 = t633 * 0.0054
+    t642 = t633 * -1.08
+    t643 = t205 * -0.63
+    t644 = t205 * 0.0054
+    t645 = t205 * -1.08
+    # derivative: link 4 (wrist_roll): Euler, inertial moment
+    t647 = t210 * -0.005832
+    t648 = 0.5 * t636
+    t650 = t636 * -0.5
+    t657 = t210 * 4.968e-05 - t603 * 0.0054 - t636 * 2.9160000000000002e-05
+    t664 = t210 * 0.009936 - 1.08 * t603 - t636 * 0.011664
+    t665 = t634 * -0.5
+    t666 = 0.5 * t634
+    t668 = t633 * -4.968e-05
+    t669 = t633 * -0.005832
+    t670 = t633 * 0.009936
+    t671 = t610 * -0.005832
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t674 = s_5 * t636 + c_5 * t633
+    # derivative: link 5 (wrist_bend): acceleration
+    t678 = s_5 * t566
+    # link 5 (wrist_bend): acceleration
+    t684 = s_5 * t603 - c_5 * t619
+    # derivative: link 5 (wrist_bend): acceleration
+    t685 = t678 - c_5 * t620
+    t686 = c_2 * s_5 + c_5 * t135
+    t687 = t678 + c_5 * t621
+    # link 5 (wrist_bend): angular acceleration
+    t688 = t228 - t674
+    t691 = t404 * t547 + (t385 * 8.148888119704473 - t401 * t542)
+    t693 = t408 * t557 + (t406 * t551 + t691)
+    alpha_5_z = t631 + t693
+    # link 5 (wrist_bend): acceleration field U
+    t695 = t226 + alpha_5_z
+    t696 = t228 + t688
+    t698 = t236 + c_5 * t636 - s_5 * t633
+    # link 5 (wrist_bend): Newton, inertial force
+    t699 = 0.079443 * t695
+    # derivative: link 5 (wrist_bend): Newton, inertial force
+    t701 = t695 * 0.1554
+    t703 = t695 * 0.51
+    t705 = t695 * 0.0003
+    t707 = t695 * 0.63
+    t708 = t232 * 0.1554
+    t709 = t232 * 0.51
+    t710 = t232 * 0.0003
+    t711 = t232 * 0.63
+    t713 = t698 * -0.1554
+    t715 = t698 * -0.51
+    t716 = -0.63 * t698
+    # derivative: link 5 (wrist_bend): Euler, inertial moment
+    t718 = t241 * 0.00018899999999999999
+    t719 = 0.5 * t698
+    t720 = -0.079443 * (c_4 * t565 - s_4 * w_1_zz)
+    t722 = 0.079443 * (s_2 * c_4)
+    t723 = -0.079443 * (c_4 * U_3_yx - s_4 * U_3_xx)
+    t730 = t241 * 1.6979999999999997e-05 + t628 * 0.0003 + t698 * 8.999999999999999e-08
+    t737 = t241 * 0.035657999999999995 + t628 * 0.63 + t698 * 0.00037799999999999997
+    t741 = t628 * 0.1554 + t698 * 0.024149160000000003
+    t745 = t628 * 0.51 + t698 * 0.158508
+    t746 = t695 * 1.6979999999999997e-05
+    t747 = t695 * 0.00018899999999999999
+    t748 = t695 * 0.035657999999999995
+    t749 = -0.5 * t696
+    t750 = 0.5 * t696
+    t756 = t674 * -0.00018899999999999999
+    t759 = t684 * -0.1554 - t695 * 0.024149160000000003
+    t762 = t684 * -0.51 - t695 * 0.158508
+    t767 = t674 * 1.6979999999999997e-05 - t684 * 0.0003 - t695 * 8.999999999999999e-08
+    t772 = t674 * 0.035657999999999995 - t684 * 0.63 - t695 * 0.00037799999999999997
+    t773 = -0.079443 * t685
+    t774 = -0.079443 * t686
+    t775 = 0.079443 * t687
+    # link 6 (hand): acceleration field U
+    t781 = t256 + s_6 * t698 - c_6 * t695
+    t783 = s_6 * t695 + (t260 + c_6 * t698)
+    # derivative: link 6 (hand): Euler, inertial moment
+    t784 = 0.5 * t783
+    t785 = -0.5 * t783
+    t786 = 0.5 * t781
+    t787 = -0.5 * t781
+    # derivative: link 6 (hand): moment, before its turn
+    t789 = s_6 * t787
+    t791 = c_6 * t784
+    t793 = c_6 * t787
+    t795 = s_6 * t784
+    # derivative: link 5 (wrist_bend): moment from link 4
+    t798 = t719 + t789 - t791
+    t800 = t791 + (t719 - s_6 * t786)
+    t802 = c_6 * t785 + (t719 - t789)
+    t805 = t386 * 49.26108374384237 - t388 * t542 - t391 * t547
+    t806 = t394 * t557 + t805
+    t807 = t688 - t806
+    t808 = 0.5 * t695
+    t810 = t808 - (t793 + t795)
+    t812 = t808 + (t793 + s_6 * t785)
+    t814 = t808 + (c_6 * t786 + t795)
+    # derivative: link 5 (wrist_bend): force, before its turn
+    t824 = s_5 * t708 - c_5 * t701
+    t825 = s_5 * t709 - c_5 * t703
+    t826 = s_5 * t711 - c_5 * t707
+    t836 = c_5 * t708 + s_5 * t701
+    t837 = c_5 * t709 + s_5 * t703
+    t838 = c_5 * t711 + s_5 * t707
+    # derivative: link 5 (wrist_bend): moment, before its turn
+    t844 = s_5 * w_6_xy
+    t846 = c_5 * t741
+    t847 = c_5 * t745
+    t854 = c_5 * t719
+    t858 = s_5 * t748 - c_5 * t737
+    t859 = t844 + c_5 * t802
+    t860 = t844 - c_5 * t800
+    t861 = s_5 * t807 + c_5 * t798
+    t867 = c_5 * w_6_xy
+    t869 = s_5 * t741
+    t870 = s_5 * t745
+    t877 = s_5 * t719
+    t878 = s_5 * t802
+    t881 = c_5 * t748 + s_5 * t737
+    t884 = t867 + s_5 * t800
+    t885 = c_5 * t807 - s_5 * t798
+    # derivative: link 4 (wrist_roll): force from link 3
+    t892 = s_5 * t710 + t633 * 0.0566 - c_5 * t705
+    t897 = t205 * 0.0566 + t698 * 0.0003
+    t900 = t636 * 0.0566 - c_5 * t710 - s_5 * t705
+    # derivative: link 4 (wrist_roll): moment from link 3
+    t906 = s_5 * t746 + (t603 * 0.0566 - t636 * 0.00320356) - c_5 * t730
+    t907 = 0.029825999999999995 * t566
+    t908 = c_5 * t720 + t907
+    t910 = c_5 * t722 + c_2 * 0.029825999999999995
+    t911 = c_5 * t723 - t907
+    t916 = s_5 * t747 + (t603 * 0.63 - t636 * 0.07131599999999999)
+    t917 = t916 - c_5 * t718
+    t919 = t648 + s_5 * t750 - t854
+    t921 = t854 + (t648 - s_5 * t749)
+    # link 4 (wrist_roll): force, before its turn
+    t940 = s_4 * (t296 + 0.029825999999999995 * t633 - c_5 * t699)
+    # derivative: link 4 (wrist_roll): force, before its turn
+    t956 = s_4 * t892 + c_4 * t897
+    t957 = s_4 * t638 + c_4 * t643
+    t958 = s_4 * t640 + c_4 * t644
+    t959 = s_4 * t642 + c_4 * t645
+    t960 = s_4 * t824 - c_4 * t713
+    t961 = s_4 * t825 - c_4 * t715
+    t962 = s_4 * t826 - c_4 * t716
+    # derivative: link 4 (wrist_roll): moment, before its turn
+    t963 = c_4 * t648
+    t984 = s_4 * t666
+    t999 = s_4 * t648
+    t1020 = c_4 * t666
+    # derivative: link 3 (boom): force from link 2
+    t1049 = t595 + t956
+    t1052 = t958 + (U_2_xy * 0.0092 - t595)
+    t1053 = t595 + t960
+    t1054 = t603 - t900
+    t1056 = t154 * 0.0092 - t603
+    t1057 = t636 * 0.0054
+    t1059 = t603 + t836
+    # derivative: link 3 (boom): moment from link 2
+    t1062 = c_2 * 0.13134099999999999 - s_4 * t910 - c_4 * t774
+    # derivative: link 3 (boom): moment, in frame 2
+    t1063 = q_3 * (c_4 * t640 + (t586 + t574 * 0.0092) - s_4 * t644)
+    t1075 = c_4 * t767 + (s_4 * t906 + (t607 + 0.0203 * t900)) - q_3 * (s_4 * t897 + (t586 - c_4 * t892))
+    t1080 = c_4 * t759 + (t607 - 0.0203 * t836 - s_4 * t846) - q_3 * (t586 - c_4 * t824 - s_4 * t713)
+    t1087 = s_4 * t917 + t636 * 0.012789 - c_4 * t756 - q_3 * (c_4 * t638 - s_4 * t643)
+    t1092 = t636 * 0.021924 - s_4 * t664 - c_4 * t670 - q_3 * (c_4 * t642 - s_4 * t645)
+    t1096 = s_4 * t847 + 0.0203 * t837 - c_4 * t762 - q_3 * (c_4 * t825 + s_4 * t715)
+    t1100 = 0.0203 * t838 - s_4 * t858 - c_4 * t772 - q_3 * (c_4 * t826 + s_4 * t716)
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1120 = t157 * 0.00018675999999999998 - t574 * 8.464e-05 - t580 * 0.0092
+    t1126 = c_4 * t668 + (t1120 - t607 + t636 * 0.00010962 - s_4 * t657)
+    t1128 = t579 - t580
+    t1134 = c_4 * t669 + (s_4 * t647 + (t157 * 0.021924 - t574 * 0.019872))
+    t1143 = t157 * 0.01308741 - t574 * 0.41563809000000007 - t580 * 0.6447
+    t1150 = t157 * 0.08627499999999999 - t574 * 5.4799500000000005
+    t1157 = t298 - 6.470000000000001 * t584 - 0.029825999999999995 * t636
+    t1158 = s_5 * t699 + t1157
+    t1162 = c_4 * t775 + (s_4 * t911 + 2.7499110000000004 * t157)
+    # derivative of effort
+    t1173 = s_5 * t723 + 0.029825999999999995 * t621
+    t1176 = 2.7499110000000004 * U_2_xy - 6.470000000000001 * t582
+    t1178 = c_4 * (t308 - 0.079443 * t698) + (t1176 - t940)
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1181 = t582 * -0.0203
+    t1182 = 0.0203 * t582
+    # derivative of effort
+    t1189 = t610 * 4.968e-05 - t619 * 0.0054 + t633 * 2.9160000000000002e-05
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1194 = U_2_xy * 0.00018675999999999998 + 0.0203 * t958 - t1182
+    # derivative of effort
+    t1200 = s_5 * t730 - (t619 * 0.0566 + t633 * 0.00320356 - c_5 * t746)
+    t1208 = s_5 * t722 - 0.029825999999999995 * t135
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1215 = t610 * 0.009936 - 1.08 * t619 + t633 * 0.011664
+    t1218 = 0.5 * t633
+    t1220 = c_5 * t749 + t877 - t1218
+    # derivative of effort
+    t1224 = t619 * 0.63 + t633 * 0.07131599999999999 - c_5 * t747
+    t1225 = s_5 * t718 - t1224
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1229 = t1218 + (c_5 * t750 + t877)
+    # derivative: link 2 (shoulder_tilt): force, before its turn
+    t1253 = s_2 * t154
+    t1254 = s_2 * t636
+    t1262 = 6.470000000000001 * (s_2 * t566)
+    # derivative: link 2 (shoulder_tilt): moment, before its turn
+    t1289 = c_2 * t198
+    t1295 = s_2 * t574
+    t1296 = s_2 * (q_3 * (t586 + t574 * 0.6447) + (t1143 - t607))
+    t1304 = s_2 * (t1158 + t1162 + 6.470000000000001 * (q_3 * U_3_xx))
+    t1323 = s_2 * (s_4 * t859 + c_4 * t812) - c_2 * (t867 - t878)
+    # derivative: link 2 (shoulder_tilt): moment, in frame 1
+    t1327 = c_2 * (t1208 + s_2 * 0.13134099999999999) + 0.154 * (c_2 * t593 + 6.470000000000001 * t96)
+    t1330 = 0.154 * (c_2 * t597 + 1.08 * t1253) - c_2 * (U_2_xy * 0.021924 - t671)
+    t1334 = 0.154 * (c_2 * t601 - 4.25 * t1253) - s_2 * (t1150 + t1128 * 4.25)
+    t1338 = c_2 * (t1225 - 0.0203 * t957) + 0.154 * (c_2 * t957 + 0.63 * t1254)
+    t1341 = 0.154 * (c_2 * t959 + 1.08 * t1254) - c_2 * (0.0203 * t959 - t1215)
+    t1344 = c_2 * (t870 + 0.0203 * t961) - 0.154 * (c_2 * t961 + s_2 * t837)
+    t1347 = c_2 * (t881 + 0.0203 * t962) - 0.154 * (c_2 * t962 + s_2 * t838)
+    # derivative of effort
+    t1352 = c_4 * t910 - s_2 * 2.7499110000000004 - s_4 * t774 - q_3 * t593
+    t1358 = c_4 * t773 + (s_4 * t908 + (t352 - t566 * 0.26268199999999997))
+    t1360 = w_1_zz * (t72 - 2.7499110000000004) + t1358 - t1158
+    t1363 = s_5 * t720 + 0.029825999999999995 * t620
+    t1367 = t1178 + t1363 - 0.13134099999999999 * (t565 - U_3_yx)
+    t1372 = t542 * 0.4869720000000003 + 0.154 * (c_2 * t591 + t1262)
+    t1375 = 2.7499110000000004 * t565
+    t1382 = t542 * 0.26268199999999997 + 0.154 * (c_2 * t590 - t1262)
+    t1397 = t542 * 0.5
+    t1399 = 0.5 * (c_2 * (t150 + alpha_2_y))
+    t1400 = t1397 - t1399
+    t1402 = t1400 - 0.5 * t1295
+    t1404 = -0.5 * t1295 - t1400
+    t1406 = t1399 + (s_2 * t576 + t1397)
+    t1408 = t542 * 0.00041208999999999994
+    t1410 = 0.154 * (c_2 * t599 + s_2 * (t604 - t603)) - c_2 * (U_2_xy * 0.01308741 - t1182)
+    t1417 = U_2_xy * 0.41563809000000007 - t565 * 0.01308741 - t582 * 0.6447
+    t1421 = t565 * 0.08627499999999999 - U_2_xy * 5.4799500000000005
+    t1427 = 0.154 * (c_2 * t1052 + s_2 * (t1056 - t1057)) - c_2 * (t1189 + t1194)
+    t1434 = U_2_xy * 8.464e-05 - t565 * 0.00018675999999999998 - t582 * 0.0092
+    t1444 = c_4 * t647 + (U_2_xy * 0.019872 - t565 * 0.021924 - t582 * 1.08)
+    t1451 = U_2_xy * 0.5
+    t1459 = c_2 * (t1200 + (0.0203 * t956 - t1181)) - 0.154 * (c_2 * t1049 + s_2 * t1054)
+    t1475 = c_2 * (t869 + 0.0203 * t960 - t1181) - 0.154 * (c_2 * t1053 + s_2 * t1059)
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    out[64 * S + k] = 0.0
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = 0.0
+    out[67 * S + k] = 0.0
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = 0.0
+    out[70 * S + k] = 0.0
+    out[71 * S + k] = 0.0
+    out[72 * S + k] = 0.0
+    out[73 * S + k] = 0.0
+    out[74 * S + k] = 0.0
+    out[75 * S + k] = 0.0
+    out[76 * S + k] = 0.0
+    out[77 * S + k] = 0.0
+    out[78 * S + k] = 0.0
+    out[79 * S + k] = 0.0
+    out[80 * S + k] = 0.0
+    out[81 * S + k] = 0.0
+    out[82 * S + k] = 0.0
+    out[83 * S + k] = 0.0
+    out[84 * S + k] = 0.0
+    out[85 * S + k] = 0.0
+    out[86 * S + k] = 0.0
+    out[87 * S + k] = 0.0
+    out[88 * S + k] = 0.0
+    out[89 * S + k] = 0.0
+    out[90 * S + k] = 0.0
+    out[91 * S + k] = 0.0
+    out[92 * S + k] = 0.0
+    out[93 * S + k] = 0.0
+    out[94 * S + k] = 0.0
+    out[95 * S + k] = 0.0
+    out[96 * S + k] = 0.0
+    out[97 * S + k] = 0.0
+    out[98 * S + k] = 0.0
+    out[99 * S + k] = 0.0
+    out[100 * S + k] = 0.0
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = 0.0
+    out[103 * S + k] = 0.0
+    out[104 * S + k] = 0.0
+    out[105 * S + k] = 0.0
+    out[106 * S + k] = 0.0
+    out[107 * S + k] = 0.0
+    out[108 * S + k] = 0.0
+    out[109 * S + k] = 0.0
+    out[110 * S + k] = 0.0
+    out[111 * S + k] = 0.0
+    out[112 * S + k] = 0.0
+    out[113 * S + k] = 0.0
+    out[114 * S + k] = 0.0
+    out[115 * S + k] = 0.0
+    out[116 * S + k] = 0.0
+    out[117 * S + k] = 0.0
+    out[118 * S + k] = 0.0
+    out[119 * S + k] = 0.0
+    out[120 * S + k] = 0.0
+    out[121 * S + k] = 0.0
+    out[122 * S + k] = 0.0
+    out[123 * S + k] = 0.0
+    out[124 * S + k] = 0.0
+    out[125 * S + k] = 0.0
+    out[126 * S + k] = 0.0
+    out[127 * S + k] = 0.0
+    out[128 * S + k] = 0.0
+    out[129 * S + k] = 0.0
+    out[130 * S + k] = 0.0
+    out[131 * S + k] = 0.0
+    out[132 * S + k] = 0.0
+    out[133 * S + k] = 0.0
+    out[134 * S + k] = 0.0
+    out[135 * S + k] = 0.0
+    out[136 * S + k] = 0.0
+    out[137 * S + k] = 0.0
+    out[138 * S + k] = 0.0
+    out[139 * S + k] = 0.0
+    out[140 * S + k] = 0.0
+    out[141 * S + k] = 0.0
+    out[142 * S + k] = 0.0
+    out[143 * S + k] = 0.0
+    out[144 * S + k] = 0.0
+    out[145 * S + k] = 0.0
+    out[146 * S + k] = 0.0
+    out[147 * S + k] = 0.0
+    out[148 * S + k] = 0.0
+    out[149 * S + k] = 0.0
+    out[150 * S + k] = 0.0
+    out[151 * S + k] = 0.0
+    out[152 * S + k] = 0.0
+    out[153 * S + k] = 0.0
+    out[154 * S + k] = 0.0
+    out[155 * S + k] = 0.0
+    out[156 * S + k] = 0.0
+    out[157 * S + k] = 0.0
+    out[158 * S + k] = 0.0
+    out[159 * S + k] = 0.0
+    out[160 * S + k] = 0.0
+    out[161 * S + k] = 0.0
+    out[162 * S + k] = 0.0
+    out[163 * S + k] = 0.0
+    out[164 * S + k] = 0.0
+    out[165 * S + k] = 0.0
+    out[166 * S + k] = 0.0
+    out[167 * S + k] = 0.0
+    out[168 * S + k] = 0.0
+    out[169 * S + k] = 0.0
+    out[170 * S + k] = 0.0
+    out[171 * S + k] = 0.0
+    out[172 * S + k] = 0.0
+    out[173 * S + k] = 0.0
+    out[174 * S + k] = 0.0
+    out[175 * S + k] = 0.0
+    out[176 * S + k] = 0.0
+    out[177 * S + k] = 0.0
+    out[178 * S + k] = 0.0
+    out[179 * S + k] = 0.0
+    out[180 * S + k] = 0.0
+    out[181 * S + k] = 0.0
+    out[182 * S + k] = 0.0
+    out[183 * S + k] = 0.0
+    out[184 * S + k] = 0.0
+    out[185 * S + k] = 0.0
+    out[186 * S + k] = 0.0
+    out[187 * S + k] = 0.0
+    out[188 * S + k] = 0.0
+    out[189 * S + k] = 0.0
+    out[190 * S + k] = 0.0
+    out[191 * S + k] = 0.0
+    out[192 * S + k] = 0.0
+    out[193 * S + k] = 0.0
+    out[194 * S + k] = 0.0
+    out[195 * S + k] = 0.0
+    out[196 * S + k] = 0.0
+    out[197 * S + k] = 0.0
+    out[198 * S + k] = 0.0
+    out[199 * S + k] = 0.0
+    out[200 * S + k] = 0.0
+    out[201 * S + k] = 0.0
+    out[202 * S + k] = 0.0
+    out[203 * S + k] = 0.0
+    out[204 * S + k] = 0.0
+    out[205 * S + k] = 0.0
+    out[206 * S + k] = 0.0
+    out[207 * S + k] = 0.0
+    out[208 * S + k] = 0.0
+    out[209 * S + k] = 0.0
+    out[210 * S + k] = 0.0
+    out[211 * S + k] = 0.0
+    out[212 * S + k] = 0.0
+    out[213 * S + k] = 0.0
+    out[214 * S + k] = 0.0
+    out[215 * S + k] = 0.0
+    out[216 * S + k] = 0.0
+    out[217 * S + k] = 0.0
+    out[218 * S + k] = 0.0
+    out[219 * S + k] = 0.0
+    out[220 * S + k] = 0.0
+    out[221 * S + k] = 0.0
+    out[222 * S + k] = 0.0
+    out[223 * S + k] = 0.0
+    out[224 * S + k] = 0.0
+    out[225 * S + k] = 0.0
+    out[226 * S + k] = 0.0
+    out[227 * S + k] = 0.0
+    out[228 * S + k] = 0.0
+    out[229 * S + k] = 0.0
+    out[230 * S + k] = 0.0
+    out[231 * S + k] = 0.0
+    out[232 * S + k] = 0.0
+    out[233 * S + k] = 0.0
+    out[234 * S + k] = 0.0
+    out[235 * S + k] = 0.0
+    out[236 * S + k] = 0.0
+    out[237 * S + k] = 0.0
+    out[238 * S + k] = 0.0
+    out[239 * S + k] = 0.0
+    out[240 * S + k] = 0.0
+    out[241 * S + k] = 0.0
+    out[242 * S + k] = 0.0
+    out[243 * S + k] = 0.0
+    out[244 * S + k] = 0.0
+    out[245 * S + k] = 0.0
+    out[246 * S + k] = 0.0
+    out[247 * S + k] = 0.0
+    out[248 * S + k] = 0.0
+    out[249 * S + k] = 0.0
+    out[250 * S + k] = 0.0
+    out[251 * S + k] = 0.0
+    out[252 * S + k] = t1327 - s_2 * t1062
+    out[253 * S + k] = 0.0
+    out[254 * S + k] = c_2 * t1367 + (s_2 * t1360 + t1372)
+    out[255 * S + k] = t1304 + (c_2 * (t1173 - t1178) + t1382)
+    out[256 * S + k] = t542 * 0.01221025
+    out[257 * S + k] = 0.0
+    out[258 * S + k] = t542 * -2.0530899999999996
+    out[259 * S + k] = 0.0
+    out[260 * S + k] = t542
+    out[261 * S + k] = 0.0
+    out[262 * S + k] = t542 * 0.0023619599999999998
+    out[263 * S + k] = t542 * 0.4869720000000002
+    out[264 * S + k] = t1402
+    out[265 * S + k] = t1404
+    out[266 * S + k] = t1406
+    out[267 * S + k] = t1408 + (t1296 + t1410)
+    out[268 * S + k] = t1334 + 0.08627499999999999 * (c_2 * U_2_xy)
+    out[269 * S + k] = t1404
+    out[270 * S + k] = t1402
+    out[271 * S + k] = t1406
+    out[272 * S + k] = t1408 + (s_2 * (t1063 + t1126) + t1427)
+    out[273 * S + k] = s_2 * (t1134 + 1.08 * t1128) + t1330
+    out[274 * S + k] = t1341 - s_2 * t1092
+    out[275 * S + k] = -(t1289 + s_2 * (t576 - t999 - c_4 * t665))
+    out[276 * S + k] = c_2 * t632 + s_2 * (t1020 + (t576 + t999))
+    out[277 * S + k] = t1289 - s_2 * (t576 - s_4 * t650 - t1020)
+    out[278 * S + k] = t1408 + (t1459 - s_2 * t1075)
+    out[279 * S + k] = t1338 - s_2 * t1087
+    out[280 * S + k] = s_2 * t1100 + t1347
+    out[281 * S + k] = c_2 * t1220 + s_2 * (s_4 * t921 + c_4 * t226)
+    out[282 * S + k] = c_2 * t1229 - s_2 * (s_4 * t919 - c_4 * alpha_5_z)
+    out[283 * S + k] = t1408 + (t1475 - s_2 * t1080)
+    out[284 * S + k] = s_2 * t1096 + t1344
+    out[285 * S + k] = c_2 * t884 - s_2 * (s_4 * t860 - c_4 * t814)
+    out[286 * S + k] = t1323
+    out[287 * S + k] = c_2 * t885 - s_2 * (s_4 * t861 + c_4 * t810)
+    out[288 * S + k] = t542
+    out[289 * S + k] = 0.0
+    out[290 * S + k] = 0.0
+    out[291 * S + k] = 0.0
+    out[292 * S + k] = 0.0
+    out[293 * S + k] = 0.0
+    out[294 * S + k] = t1352
+    out[295 * S + k] = 0.0
+    out[296 * S + k] = t1375 + (c_4 * t908 - s_4 * t773 - q_3 * t591)
+    out[297 * S + k] = c_4 * t911 - s_4 * t775 - q_3 * t590 - t1375
+    out[298 * S + k] = 0.0
+    out[299 * S + k] = 0.0
+    out[300 * S + k] = 0.0
+    out[301 * S + k] = 0.0
+    out[302 * S + k] = 0.0
+    out[303 * S + k] = 0.0
+    out[304 * S + k] = 0.0
+    out[305 * S + k] = 0.0
+    out[306 * S + k] = w_2_xy
+    out[307 * S + k] = t547
+    out[308 * S + k] = t577
+    out[309 * S + k] = t1417 - q_3 * t599
+    out[310 * S + k] = t1421 + t582 * 4.25 - q_3 * t601
+    out[311 * S + k] = t547
+    out[312 * S + k] = w_2_xy
+    out[313 * S + k] = t577
+    out[314 * S + k] = t1434 - c_4 * t657 - s_4 * t668 - q_3 * t1052
+    out[315 * S + k] = t1444 - s_4 * t669 - q_3 * t597
+    out[316 * S + k] = c_4 * t664 - s_4 * t670 - q_3 * t959
+    out[317 * S + k] = t1451 + (t963 - s_4 * t665)
+    out[318 * S + k] = t963 - t984 - t1451
+    out[319 * S + k] = t1451 + (c_4 * t650 - t984)
+    out[320 * S + k] = q_3 * t1049 + (s_4 * t767 - c_4 * t906)
+    out[321 * S + k] = -(q_3 * t957 + (c_4 * t917 + s_4 * t756))
+    out[322 * S + k] = q_3 * t962 + (s_4 * t772 - c_4 * t858)
+    out[323 * S + k] = c_4 * t921 - s_4 * t226
+    out[324 * S + k] = -(c_4 * t919 + s_4 * alpha_5_z)
+    out[325 * S + k] = q_3 * t1053 + (c_4 * t846 + s_4 * t759)
+    out[326 * S + k] = q_3 * t961 + (c_4 * t847 + s_4 * t762)
+    out[327 * S + k] = -(c_4 * t860 + s_4 * t814)
+    out[328 * S + k] = c_4 * t859 - s_4 * t812
+    out[329 * S + k] = s_4 * t810 - c_4 * t861
+    out[330 * S + k] = 0.0
+    out[331 * S + k] = t547
+    out[332 * S + k] = 0.0
+    out[333 * S + k] = 0.0
+    out[334 * S + k] = 0.0
+    out[335 * S + k] = 0.0
+    out[336 * S + k] = c_2 * -6.470000000000001
+    out[337 * S + k] = 0.0
+    out[338 * S + k] = t566 * -6.470000000000001
+    out[339 * S + k] = 6.470000000000001 * t566
+    out[340 * S + k] = 0.0
+    out[341 * S + k] = 0.0
+    out[342 * S + k] = 0.0
+    out[343 * S + k] = 0.0
+    out[344 * S + k] = 0.0
+    out[345 * S + k] = 0.0
+    out[346 * S + k] = 0.0
+    out[347 * S + k] = 0.0
+    out[348 * S + k] = 0.0
+    out[349 * S + k] = 0.0
+    out[350 * S + k] = 0.0
+    out[351 * S + k] = t603 - t604
+    out[352 * S + k] = t154 * 4.25
+    out[353 * S + k] = 0.0
+    out[354 * S + k] = 0.0
+    out[355 * S + k] = 0.0
+    out[356 * S + k] = t1057 - t1056
+    out[357 * S + k] = t154 * -1.08
+    out[358 * S + k] = t636 * -1.08
+    out[359 * S + k] = 0.0
+    out[360 * S + k] = 0.0
+    out[361 * S + k] = 0.0
+    out[362 * S + k] = t1054
+    out[363 * S + k] = t636 * -0.63
+    out[364 * S + k] = t838
+    out[365 * S + k] = 0.0
+    out[366 * S + k] = 0.0
+    out[367 * S + k] = t1059
+    out[368 * S + k] = t837
+    out[369 * S + k] = 0.0
+    out[370 * S + k] = 0.0
+    out[371 * S + k] = 0.0
+    out[372 * S + k] = 0.0
+    out[373 * S + k] = 0.0
+    out[374 * S + k] = t551
+    out[375 * S + k] = 0.0
+    out[376 * S + k] = 0.0
+    out[377 * S + k] = 0.0
+    out[378 * S + k] = t1208
+    out[379 * S + k] = 0.0
+    out[380 * S + k] = t1363
+    out[381 * S + k] = t1173
+    out[382 * S + k] = 0.0
+    out[383 * S + k] = 0.0
+    out[384 * S + k] = 0.0
+    out[385 * S + k] = 0.0
+    out[386 * S + k] = 0.0
+    out[387 * S + k] = 0.0
+    out[388 * S + k] = 0.0
+    out[389 * S + k] = 0.0
+    out[390 * S + k] = 0.0
+    out[391 * S + k] = 0.0
+    out[392 * S + k] = 0.0
+    out[393 * S + k] = 0.0
+    out[394 * S + k] = 0.0
+    out[395 * S + k] = 0.0
+    out[396 * S + k] = 0.0
+    out[397 * S + k] = 0.0
+    out[398 * S + k] = -t1189
+    out[399 * S + k] = t671
+    out[400 * S + k] = t1215
+    out[401 * S + k] = w_4_xy
+    out[402 * S + k] = t632
+    out[403 * S + k] = t198
+    out[404 * S + k] = t1200
+    out[405 * S + k] = t1225
+    out[406 * S + k] = t881
+    out[407 * S + k] = t1220
+    out[408 * S + k] = t1229
+    out[409 * S + k] = t869
+    out[410 * S + k] = t870
+    out[411 * S + k] = t884
+    out[412 * S + k] = t878 - t867
+    out[413 * S + k] = t885
+    out[414 * S + k] = 0.0
+    out[415 * S + k] = 0.0
+    out[416 * S + k] = 0.0
+    out[417 * S + k] = t557
+    out[418 * S + k] = 0.0
+    out[419 * S + k] = 0.0
+    out[420 * S + k] = 0.079443 * t686
+    out[421 * S + k] = 0.0
+    out[422 * S + k] = 0.079443 * t685
+    out[423 * S + k] = -0.079443 * t687
+    out[424 * S + k] = 0.0
+    out[425 * S + k] = 0.0
+    out[426 * S + k] = 0.0
+    out[427 * S + k] = 0.0
+    out[428 * S + k] = 0.0
+    out[429 * S + k] = 0.0
+    out[430 * S + k] = 0.0
+    out[431 * S + k] = 0.0
+    out[432 * S + k] = 0.0
+    out[433 * S + k] = 0.0
+    out[434 * S + k] = 0.0
+    out[435 * S + k] = 0.0
+    out[436 * S + k] = 0.0
+    out[437 * S + k] = 0.0
+    out[438 * S + k] = 0.0
+    out[439 * S + k] = 0.0
+    out[440 * S + k] = 0.0
+    out[441 * S + k] = 0.0
+    out[442 * S + k] = 0.0
+    out[443 * S + k] = 0.0
+    out[444 * S + k] = 0.0
+    out[445 * S + k] = 0.0
+    out[446 * S + k] = t767
+    out[447 * S + k] = t674 * 0.00018899999999999999
+    out[448 * S + k] = t772
+    out[449 * S + k] = w_5_xy
+    out[450 * S + k] = -alpha_5_z
+    out[451 * S + k] = t759
+    out[452 * S + k] = t762
+    out[453 * S + k] = -t814
+    out[454 * S + k] = -t812
+    out[455 * S + k] = t810
+    out[456 * S + k] = 0.0
+    out[457 * S + k] = 0.0
+    out[458 * S + k] = 0.0
+    out[459 * S + k] = 0.0
+    out[460 * S + k] = -t693
+    out[461 * S + k] = 0.0
+    out[462 * S + k] = 0.0
+    out[463 * S + k] = 0.0
+    out[464 * S + k] = 0.0
+    out[465 * S + k] = 0.0
+    out[466 * S + k] = 0.0
+    out[467 * S + k] = 0.0
+    out[468 * S + k] = 0.0
+    out[469 * S + k] = 0.0
+    out[470 * S + k] = 0.0
+    out[471 * S + k] = 0.0
+    out[472 * S + k] = 0.0
+    out[473 * S + k] = 0.0
+    out[474 * S + k] = 0.0
+    out[475 * S + k] = 0.0
+    out[476 * S + k] = 0.0
+    out[477 * S + k] = 0.0
+    out[478 * S + k] = 0.0
+    out[479 * S + k] = 0.0
+    out[480 * S + k] = 0.0
+    out[481 * S + k] = 0.0
+    out[482 * S + k] = 0.0
+    out[483 * S + k] = 0.0
+    out[484 * S + k] = 0.0
+    out[485 * S + k] = 0.0
+    out[486 * S + k] = 0.0
+    out[487 * S + k] = 0.0
+    out[488 * S + k] = 0.0
+    out[489 * S + k] = 0.0
+    out[490 * S + k] = 0.0
+    out[491 * S + k] = 0.0
+    out[492 * S + k] = 0.0
+    out[493 * S + k] = 0.0
+    out[494 * S + k] = 0.0
+    out[495 * S + k] = w_6_xy
+    out[496 * S + k] = -w_6_xy
+    out[497 * S + k] = t807
+    out[498 * S + k] = 0.0
+    out[499 * S + k] = 0.0
+    out[500 * S + k] = 0.0
+    out[501 * S + k] = 0.0
+    out[502 * S + k] = 0.0
+    out[503 * S + k] = -t806
+    factor_1_0 = -t479
+    factor_2_0 = -t458
+    factor_2_1 = t460
+    factor_3_0 = t439
+    factor_3_1 = -t440
+    factor_3_2 = t442
+    factor_4_0 = t131 * -8.148888119704473
+    factor_4_1 = t404
+    factor_4_2 = t406
+    factor_4_3 = t408
+    factor_5_0 = t139 * -49.26108374384237
+    factor_5_1 = y0_4_6_n_x * -49.26108374384237
+    factor_5_3 = t394
+    reciprocal_0 = -t541
+    reciprocal_1 = -t478
+    reciprocal_2 = -t457
+    reciprocal_3 = -t438
+    reciprocal_4 = 8.148888119704473
+    reciprocal_5 = 49.26108374384237
+    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -14947,7 +19008,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
     out = np.empty(504)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
     return out.reshape((12, 42))
 
 
@@ -14960,7 +19021,9 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 6 entries")
     if out.size != 504:
         raise ValueError("out must have 504 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -14968,7 +19031,7 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 522:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 522 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:12], both[12:18], both[18:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(both[0:12], both[12:18], both[18:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -15125,20 +19188,20 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     p_hand_added_inertia_inertia = p[41]
     s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
     # link 6 (hand): base parameters
-    t51 = p_hand_inertia_zz * 0.5
-    t52 = p_hand_inertia_yy * 0.5
-    t53 = p_hand_inertia_xx * 0.5
-    J_6_xx = t51 + t52 - t53
-    t56 = t51 - t52
-    J_6_yy = t53 + t56
+    t51 = p_hand_inertia_xx * 0.5
+    t52 = p_hand_inertia_zz * 0.5
+    t53 = p_hand_inertia_yy * 0.5
+    J_6_xx = t52 + t53 - t51
+    t56 = t53 - t52
+    J_6_yy = t51 - t56
     t58 = p_hand_com_z * p_hand_com_z
     J_6_z1 = p_hand_mass * p_hand_com_z
     # link 5 (wrist_bend): base parameters
     t61 = p_wrist_bend_inertia_xx * 0.5
     t62 = p_wrist_bend_inertia_yy * 0.5
-    t63 = t61 - t62
+    t63 = t62 - t61
     t64 = p_wrist_bend_com_z * p_wrist_bend_com_z
-    t70 = t56 - t53 - p_hand_mass * t58 - t61 - t62 - p_wrist_bend_mass * t64
+    t70 = p_wrist_bend_mass * t64 + (p_hand_mass * t58 + (t56 + (t51 + (t61 + t62))))
     t71 = p_wrist_bend_com_y * p_wrist_bend_com_z
     t72 = p_wrist_bend_mass * t71
     t73 = p_wrist_bend_mass * p_wrist_bend_com_z
@@ -15146,14 +19209,13 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t75 = p_wrist_bend_com_y * p_wrist_bend_com_y
     J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
     # link 4 (wrist_roll): base parameters
-    t78 = p_wrist_roll_inertia_yy * 0.5
-    t79 = p_wrist_roll_inertia_xx * 0.5
-    t80 = p_wrist_roll_inertia_zz * 0.5
-    t81 = t78 - t79
-    J_4_xx = t80 + t81
+    t78 = p_wrist_roll_inertia_xx * 0.5
+    t79 = p_wrist_roll_inertia_yy * 0.5
+    t80 = t78 - t79
+    t81 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t81 - t80
     t83 = p_wrist_roll_com_z * p_wrist_roll_com_z
-    t88 = t79 + (t78 + (t63 + p_wrist_bend_mass * t75)) - t80
-    J_4_yy = p_wrist_roll_mass * t83 + t88
+    t89 = t63 + t81 - p_wrist_bend_mass * t75 - t78 - t79 - p_wrist_roll_mass * t83
     t90 = p_wrist_roll_com_y * p_wrist_roll_com_z
     t91 = p_wrist_roll_mass * t90
     t92 = p_wrist_roll_mass * p_wrist_roll_com_z
@@ -15162,975 +19224,897 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t96 = p_wrist_roll_mass * p_wrist_roll_com_y
     J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
     # link 3 (boom): base parameters
-    t101 = p_boom_dh_a * p_boom_dh_a
-    t106 = p_boom_dh_a * p_boom_com_z
-    t108 = p_boom_dh_a * t96 - p_boom_mass * t106
-    t109 = p_boom_dh_a * p_boom_mass
-    J_3_x1 = t109 + p_boom_dh_a * J_4_11
-    t112 = p_boom_com_z * p_boom_com_z
-    t114 = p_boom_mass * p_boom_com_z
-    t115 = t96 - t114
+    t99 = p_boom_dh_a * p_boom_dh_a
+    t101 = p_boom_dh_a * p_boom_com_z
+    t103 = p_boom_dh_a * t96 - p_boom_mass * t101
+    t104 = p_boom_dh_a * p_boom_mass
+    J_3_x1 = t104 + p_boom_dh_a * J_4_11
+    t107 = p_boom_com_z * p_boom_com_z
+    t109 = p_boom_mass * p_boom_com_z
+    t110 = t96 - t109
     J_3_11 = p_boom_mass + J_4_11
     # link 2 (shoulder_tilt): base parameters
-    t120 = p_boom_inertia_zz * 0.5 + p_shoulder_tilt_inertia_zz * 0.5
-    t121 = p_boom_inertia_xx * 0.5 + p_shoulder_tilt_inertia_yy * 0.5
-    t122 = p_boom_inertia_yy * 0.5 + p_shoulder_tilt_inertia_xx * 0.5
-    J_2_xx = t120 + t121 - t122
-    # solve: L D L^T
-    t125 = t120 - t121
-    # link 2 (shoulder_tilt): base parameters
-    t128 = t81 - t80 - p_wrist_roll_mass * t94 - p_boom_mass * t112
-    t130 = t125 + (t128 - t122)
-    t131 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y
+    t113 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t115 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t117 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    J_2_xx = t113 + (t117 - t115)
+    t120 = t117 - t113
+    t123 = p_boom_mass * t107 + (p_wrist_roll_mass * t94 + (t80 + t81))
+    t125 = t115 + (t123 - t120)
+    t126 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y
     J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
     # link 1 (shoulder_pan): base parameters
-    t134 = p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
-    t135 = J_2_z1 + t134
-    t138 = p_shoulder_pan_com_z * p_shoulder_pan_com_z
+    t130 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t131 = p_shoulder_pan_com_z * p_shoulder_pan_com_z
     # link 6 (hand): composite body, before its turn
     S_6_d = J_6_xx - J_6_yy
-    t141 = s_6 * S_6_d
-    S_6_a = s_6 * t141
-    S_6_b = c_6 * t141
+    t134 = s_6 * S_6_d
+    S_6_a = s_6 * t134
+    S_6_b = c_6 * t134
     # link 5 (wrist_bend): composite body
-    S_5_11 = J_6_xx - t63 - S_6_a
+    S_5_11 = J_6_xx + t63 - S_6_a
     # link 5 (wrist_bend): composite body, before its turn
-    S_5_d = t70 + S_5_11
-    t147 = s_5 * S_5_d
-    S_5_a = s_5 * t147
-    S_5_b = c_5 * t147
+    t140 = s_5 * (t70 - S_5_11)
+    t141 = s_5 * t140
+    t142 = c_5 * t140
     S_5t_13 = s_5 * t72 + c_5 * S_6_b
     S_5t_23 = s_5 * S_6_b - c_5 * t72
     h_5t_x = s_5 * t74
     y0_5_5_f_x = c_5 * t74
     # link 4 (wrist_roll): composite body
-    S_4_11 = J_4_xx + S_5_11 - S_5_a
-    S_4_22 = S_6_a + (J_6_yy + J_4_yy)
-    t162 = t91 + S_5t_23
+    S_4_11 = t141 + (J_4_xx + S_5_11)
+    S_4_22 = S_6_a + (J_6_yy - t89)
+    t155 = t91 + S_5t_23
     # link 4 (wrist_roll): composite body, before its turn
     ss_4 = s_4 * s_4
     sc_4 = c_4 * s_4
     S_4_d = S_4_11 - S_4_22
     S_4_p = S_5t_13 * 2.0
     S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
-    t175 = s_4 * t162 - c_4 * S_5_b
-    S_4t_22 = S_4_22 + S_4_a
-    t181 = s_4 * J_4_y1 - c_4 * h_5t_x
+    t168 = s_4 * t155 + c_4 * t142
+    t173 = s_4 * J_4_y1 - c_4 * h_5t_x
     h_4t_y = c_4 * J_4_y1 + s_4 * h_5t_x
     # link 3 (boom): composite body
-    t185 = p_boom_dh_a * t181
-    S_3_11 = S_4_11 - S_4_a - 2.0 * t185
+    t177 = p_boom_dh_a * t173
     S_3_12 = p_boom_dh_a * h_4t_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
-    h_3_x = J_3_x1 - t181
-    t195 = t115 - y0_5_5_f_x
+    h_3_x = J_3_x1 - t173
+    t184 = t110 - y0_5_5_f_x
     # link 3 (boom): composite body, before its turn
-    t196 = S_4t_22 - S_3_11
-    t197 = q_3 * J_3_11
-    h_3b_y = t195 - t197
+    t185 = q_3 * J_3_11
+    h_3b_y = t184 - t185
     # link 2 (shoulder_tilt): composite body
-    S_2_11 = t196 + (J_2_xx + S_3_11)
-    S_2_12 = c_4 * t162 + s_4 * S_5_b - q_3 * h_4t_y
-    t209 = q_3 * h_3b_y + (q_3 * t195 + (t70 + t130 - S_5_a))
-    t213 = t108 - t175 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
+    S_2_11 = S_4_a + (J_2_xx + S_4_22)
+    y0_3_4_b_x = c_4 * t155 - s_4 * t142 - q_3 * h_4t_y
+    t196 = t70 + t125 - t141 - q_3 * (t184 + h_3b_y)
+    t200 = t103 - t168 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
     # link 2 (shoulder_tilt): composite body, before its turn
-    S_2_d = S_2_11 + t209
-    # link 2 (shoulder_tilt): effort with joint 4
-    t217 = s_2 * S_2_12
-    # link 2 (shoulder_tilt): composite body, before its turn
-    t223 = p_shoulder_tilt_dh_d * J_3_11
+    S_2_d = S_2_11 - t196
+    t209 = h_3_x - p_shoulder_tilt_dh_d * J_3_11
     # link 2 (shoulder_tilt): effort with joint 2
-    t228 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
+    t211 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
     # link 4 (wrist_roll): effort with joint 4
     y0_4_4_n_z = S_4_11 + S_4_22
+    # link 2 (shoulder_tilt): effort with joint 4
+    t214 = s_2 * y0_3_4_b_x
     # link 5 (wrist_bend): effort with joint 5
-    t237 = t70 - S_5_11
+    t215 = t70 + S_5_11
     # link 4 (wrist_roll): effort with joint 5
     y0_4_5_f_y = s_4 * y0_5_5_f_x
     y0_4_5_b_z = S_5t_23 + p_boom_dh_a * y0_4_5_f_y
     # link 3 (boom): effort with joint 5
-    t250 = c_4 * t237 + s_4 * S_5t_13 - p_boom_dh_a * h_5t_x - y0_5_5_f_x * (q_3 * c_4)
-    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 - s_4 * t237)
+    t227 = s_4 * S_5t_13 - p_boom_dh_a * h_5t_x - c_4 * (t215 + q_3 * y0_5_5_f_x)
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 + s_4 * t215)
     # link 2 (shoulder_tilt): effort with joint 5
     y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
-    y0_2_5_b_z = c_2 * y0_4_5_b_z + s_2 * t250 - p_shoulder_tilt_dh_d * y0_2_5_f_x
+    y0_2_5_b_z = c_2 * y0_4_5_b_z + s_2 * t227 - p_shoulder_tilt_dh_d * y0_2_5_f_x
     # link 6 (hand): effort with joint 6
     y0_6_6_n_z = J_6_xx + J_6_yy
     # link 5 (wrist_bend): effort with joint 6
     y0_5_6_n_x = s_5 * y0_6_6_n_z
-    t264 = c_5 * y0_6_6_n_z
+    t241 = c_5 * y0_6_6_n_z
     # link 4 (wrist_roll): effort with joint 6
     y0_4_6_n_x = c_4 * y0_5_6_n_x
-    # derivative: link 4 (wrist_roll): acceleration
-    t267 = s_2 * s_4
-    t269 = c_2 * t264 - y0_5_6_n_x * t267
+    # link 2 (shoulder_tilt): effort with joint 6
+    t244 = s_2 * s_4
+    t246 = c_2 * t241 - y0_5_6_n_x * t244
     # link 1 (shoulder_pan): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (shoulder_tilt): angular velocity of link 1
-    t286 = s_2 * qd_1
-    t287 = c_2 * qd_1
-    # link 2 (shoulder_tilt): acceleration of its joint
-    t288 = p_shoulder_tilt_dh_d * w_1_zz
+    t263 = s_2 * qd_1
+    t264 = c_2 * qd_1
     # link 2 (shoulder_tilt): products of angular velocity
-    w_2_xy = t286 * t287
-    t292 = qd_2 * t286
-    t293 = qd_2 * t287
-    w_2_xx = t286 * t286
+    w_2_xy = t263 * t264
+    t269 = qd_2 * t263
+    t270 = qd_2 * t264
+    w_2_xx = t263 * t263
     w_2_zz = qd_2 * qd_2
     # link 2 (shoulder_tilt): acceleration field U
-    t296 = w_2_xx + w_2_zz
-    U_2_zy = t293 * -2.0
+    t273 = w_2_xx + w_2_zz
+    U_2_zy = t270 * -2.0
     # link 2 (shoulder_tilt): Euler, inertial moment
-    t300 = w_1_zz - t296
-    N_2_z = w_2_xy * (J_2_xx + t130)
+    t277 = w_1_zz - t273
+    N_2_z = w_2_xy * (J_2_xx - t125)
     # link 3 (boom): acceleration of its frame
-    t309 = qd_3 * t286
-    a_3_x = t288 + q_3 * U_2_zy - 2.0 * t309
-    t316 = s_2 * p_g - 2.0 * (qd_2 * qd_3)
-    t317 = q_3 * w_2_xy + t316
-    a_3_z = c_2 * p_g - q_3 * t296
+    t287 = p_shoulder_tilt_dh_d * w_1_zz - 2.0 * (qd_3 * t263)
+    a_3_x = q_3 * U_2_zy + t287
+    t291 = s_2 * p_g - 2.0 * (qd_2 * qd_3)
+    t292 = q_3 * w_2_xy + t291
+    a_3_z = c_2 * p_g - q_3 * t273
     # link 3 (boom): products of angular velocity
-    w_3_zz = t287 * t287
+    w_3_zz = t264 * t264
     # link 3 (boom): acceleration field U
-    U_3_xx = w_2_zz - t296 - w_3_zz
+    U_3_xx = w_2_zz - t273 - w_3_zz
     # link 3 (boom): Newton, inertial force
-    t327 = t115 * t296
+    t302 = t110 * t273
     # link 4 (wrist_roll): angular velocity of link 3
-    t335 = s_4 * t286 + c_4 * qd_2
-    omega_4r_y = s_4 * qd_2 - c_4 * t286
+    t310 = s_4 * t263 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t263
     # link 4 (wrist_roll): acceleration field U along the axis
-    t341 = s_4 * w_2_xy - c_4 * U_2_zy
+    t316 = s_4 * w_2_xy - c_4 * U_2_zy
     # link 4 (wrist_roll): acceleration of its joint
-    t344 = p_boom_dh_a * U_3_xx
-    a_4b_x = a_3_x + t344
+    t319 = p_boom_dh_a * U_3_xx
+    a_4b_x = a_3_x + t319
     # link 4 (wrist_roll): acceleration
-    t348 = s_4 * t317 - c_4 * a_4b_x
+    t323 = s_4 * t292 - c_4 * a_4b_x
     # link 4 (wrist_roll): angular velocity
-    omega_4_z = qd_4 + t287
+    omega_4_z = qd_4 + t264
     # link 4 (wrist_roll): products of angular velocity
-    t353 = t335 * omega_4r_y
-    t354 = t335 * omega_4_z
-    w_4_yz = omega_4r_y * omega_4_z
-    w_4_xx = t335 * t335
+    t328 = t310 * omega_4r_y
+    w_4_xy = -t328
+    t330 = t310 * omega_4_z
+    w_4_xx = t310 * t310
     w_4_zz = omega_4_z * omega_4_z
     # link 4 (wrist_roll): angular acceleration
-    t358 = t341 - t354
+    t333 = t316 - t330
     # link 4 (wrist_roll): acceleration field U
-    U_4_xy = t292 - t353
-    t360 = w_4_xx + w_4_zz
-    t363 = 2.0 * w_4_yz
-    U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + t363
+    U_4_xy = t269 - t328
+    t335 = w_4_xx + w_4_zz
+    t339 = 2.0 * (omega_4r_y * omega_4_z)
+    U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + t339
     # link 4 (wrist_roll): Newton, inertial force
     F_4_x = J_4_y1 * U_4_xy
-    t366 = J_4_y1 * t360
+    t342 = J_4_y1 * t335
     F_4_z = J_4_y1 * U_4_zy
     # link 4 (wrist_roll): Euler, inertial moment
-    t368 = t296 - t360
+    t344 = t273 - t335
     # link 5 (wrist_bend): angular velocity of link 4
-    t382 = s_5 * omega_4_z + c_5 * t335
-    omega_5r_y = s_5 * t335 - c_5 * omega_4_z
+    t358 = s_5 * omega_4_z + c_5 * t310
+    omega_5r_y = s_5 * t310 - c_5 * omega_4_z
     # link 5 (wrist_bend): acceleration field U along the axis
-    t388 = s_5 * U_4_zy - c_5 * U_4_xy
+    t364 = s_5 * U_4_zy - c_5 * U_4_xy
     # link 5 (wrist_bend): angular velocity
     omega_5_z = qd_5 + omega_4r_y
     # link 5 (wrist_bend): products of angular velocity
-    t395 = t382 * omega_5r_y
-    t396 = t382 * omega_5_z
-    w_5_yz = omega_5r_y * omega_5_z
-    w_5_xx = t382 * t382
+    t371 = t358 * omega_5r_y
+    w_5_xy = -t371
+    t373 = t358 * omega_5_z
+    w_5_xx = t358 * t358
     w_5_zz = omega_5_z * omega_5_z
     # link 5 (wrist_bend): acceleration field U
-    U_5_xy = t358 - t395
-    t401 = w_5_xx + w_5_zz
-    U_5_zx = t388 - 2.0 * t396
-    t405 = 2.0 * w_5_yz
-    U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + t405
+    U_5_xy = t333 - t371
+    t377 = w_5_xx + w_5_zz
+    U_5_zx = t364 - 2.0 * t373
+    t382 = 2.0 * (omega_5r_y * omega_5_z)
+    U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + t382
     # link 5 (wrist_bend): Newton, inertial force
-    t407 = t74 * U_5_xy
-    F_5_y = t74 * t401
+    t384 = t74 * U_5_xy
+    F_5_y = t74 * t377
     # link 5 (wrist_bend): Euler, inertial moment
-    t410 = t360 - t401
+    t387 = t335 - t377
     # link 6 (hand): angular velocity of link 5
-    omega_6r_x = s_6 * omega_5_z - c_6 * t382
-    omega_6r_y = s_6 * t382 + c_6 * omega_5_z
+    omega_6r_x = s_6 * omega_5_z - c_6 * t358
+    omega_6r_y = s_6 * t358 + c_6 * omega_5_z
     # link 6 (hand): angular velocity
     omega_6_z = qd_6 - omega_5r_y
     # link 6 (hand): products of angular velocity
-    w_6_xz = omega_6r_x * omega_6_z
-    w_6_yz = omega_6r_y * omega_6_z
+    w_6_xy = omega_6r_x * omega_6r_y
     # link 6 (hand): angular acceleration
-    alpha_6_z = t388 - t396
+    alpha_6_z = t364 - t373
     # link 6 (hand): acceleration field U
-    t437 = 2.0 * w_6_xz
-    U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + t437
-    t440 = 2.0 * w_6_yz
-    U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + t440
+    t414 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + t414
+    t418 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + t418
     # link 6 (hand): Euler, inertial moment
     N_6_x = J_6_yy * U_6_zy
-    t443 = J_6_xx * U_6_zx
-    # link 6 (hand): products of angular velocity
-    t444 = omega_6r_x * omega_6r_y
-    # link 6 (hand): Euler, inertial moment
-    N_6_z = S_6_d * t444 + y0_6_6_n_z * alpha_6_z
+    t421 = J_6_xx * U_6_zx
+    N_6_z = S_6_d * w_6_xy + y0_6_6_n_z * alpha_6_z
     # link 5 (wrist_bend): moment from link 4
-    t453 = t74 * (c_4 * t317 + s_4 * a_4b_x) + (t72 * t410 - t70 * U_5_zy)
-    n_5_x = c_6 * N_6_x + (s_6 * t443 + t453)
-    t457 = N_6_z + (t72 * U_5_xy - t63 * U_5_zx)
-    t459 = t72 * t388 + t74 * (s_5 * a_3_z + c_5 * t348) - t358 * (t63 + t70)
-    t462 = c_6 * t443 + (t459 - t395 * (t63 - t70)) - s_6 * N_6_x
+    t430 = t74 * (c_4 * t292 + s_4 * a_4b_x) + (t72 * t387 + t70 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (s_6 * t421 + t430)
+    t434 = N_6_z + (t72 * U_5_xy + t63 * U_5_zx)
+    t436 = t333 * (t63 + t70) + (t72 * t364 + t74 * (s_5 * a_3_z + c_5 * t323))
+    t439 = c_6 * t421 + (t371 * (t63 - t70) + t436) - s_6 * N_6_x
     # link 5 (wrist_bend): force, before its turn
-    t463 = s_5 * F_5_y
-    t465 = c_5 * F_5_y
+    t440 = s_5 * F_5_y
+    t442 = c_5 * F_5_y
     # link 4 (wrist_roll): force from link 3
-    f_4_x = F_4_x - t463 - c_5 * t407
-    t473 = t366 + t74 * U_5_zy
-    f_4_z = s_5 * t407 + (F_4_z - t465)
+    f_4_x = F_4_x - t440 - c_5 * t384
+    t450 = t342 + t74 * U_5_zy
+    f_4_z = s_5 * t384 + (F_4_z - t442)
     # link 4 (wrist_roll): moment from link 3
-    t478 = s_5 * t457 + (J_4_yy * U_4_zy + (t91 * t368 + J_4_y1 * a_3_z))
-    n_4_x = c_5 * n_5_x + t478
-    n_4_y = J_4_xx * (t354 - t358) - t91 * U_4_xy - t462
-    t483 = t353 * (J_4_xx - J_4_yy) + (t292 * (J_4_xx + J_4_yy) + t91 * t341)
-    t486 = s_5 * n_5_x + (t483 - J_4_y1 * t348 - c_5 * t457)
+    t455 = s_5 * t434 + (t91 * t344 + J_4_y1 * a_3_z - t89 * U_4_zy)
+    n_4_x = c_5 * n_5_x + t455
+    n_4_y = J_4_xx * (t330 - t333) - t91 * U_4_xy - t439
+    t460 = t328 * (J_4_xx + t89) + (t269 * (J_4_xx - t89) + t91 * t316)
+    t463 = s_5 * n_5_x + (t460 - J_4_y1 * t323 - c_5 * t434)
     # link 4 (wrist_roll): force, before its turn
-    f_4t_y = s_4 * f_4_x - c_4 * t473
+    f_4t_y = s_4 * f_4_x - c_4 * t450
     # link 3 (boom): force from link 2
-    t500 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t115 * U_2_zy)
-    f_3_x = s_4 * t473 + t500
-    f_3_y = f_4t_y + (t115 * w_2_xy - J_3_11 * t317)
-    f_3_z = f_4_z + (t327 + J_3_11 * a_3_z)
+    t477 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t110 * U_2_zy)
+    f_3_x = s_4 * t450 + t477
+    f_3_y = f_4t_y + (t110 * w_2_xy - J_3_11 * t292)
+    f_3_z = f_4_z + (t302 + J_3_11 * a_3_z)
     # link 2 (shoulder_tilt): moment from link 1
-    t510 = J_3_x1 * a_3_z + (t115 * a_3_x + (t130 * U_2_zy - t108 * t300))
-    t513 = p_boom_dh_a * f_4_z + (t510 - s_4 * n_4_x - c_4 * n_4_y)
-    t517 = J_3_x1 * t317 + (2.0 * (J_2_xx * t292) - t108 * w_2_xy)
-    n_2_y = t486 + t517 - p_boom_dh_a * f_4t_y
+    t487 = t125 * U_2_zy + t103 * t277 - t110 * a_3_x - J_3_x1 * a_3_z
+    t490 = c_4 * n_4_y + (s_4 * n_4_x + t487) - p_boom_dh_a * f_4_z
+    t495 = p_boom_dh_a * f_4t_y + (t103 * w_2_xy - J_3_x1 * t292 - t463)
     # link 2 (shoulder_tilt): force, before its turn
     f_2t_x = c_2 * f_3_y + s_2 * f_3_z
     # effort less bias force
-    t526 = u_5 + t462
-    t527 = u_6 - N_6_z
+    t504 = u_5 + t439
+    t505 = u_6 - N_6_z
     # solve: L D L^T
-    t529 = 1.0 / (y0_6_6_n_z + p_hand_added_inertia_inertia)
-    t530 = t269 * t529
-    t531 = y0_4_6_n_x * t529
-    t532 = t264 * t529
-    t539 = 1.0 / (t237 - p_wrist_bend_added_inertia_inertia)
-    t540 = y0_2_5_b_z * t539
-    t541 = y0_3_5_b_z * t539
-    t542 = h_5t_x * t539
-    t543 = S_5t_23 * t539
-    t552 = t217 + c_2 * (t185 - y0_4_4_n_z) - t181 * (p_shoulder_tilt_dh_d * c_2)
-    t554 = t269 * t532 + t552 - y0_2_5_b_z * t543
-    t558 = y0_3_5_b_z * t543 + (y0_4_6_n_x * t532 + (t175 - q_3 * t181))
-    t559 = h_5t_x * t543
-    t562 = y0_4_4_n_z + p_wrist_roll_added_inertia_inertia - t264 * t532
-    t564 = 1.0 / (S_5t_23 * t543 + t562)
-    t565 = t554 * t564
-    t566 = t558 * t564
-    t567 = t559 * t564
-    t574 = s_2 * h_3_x - s_2 * t223 - y0_2_5_b_z * t542 - t554 * t567
-    t577 = h_4t_y + y0_3_5_b_z * t542 - t558 * t567
-    t580 = h_5t_x * t542 + (J_3_11 + p_boom_added_inertia_inertia)
-    t582 = 1.0 / (t580 - t559 * t567)
-    t583 = t574 * t582
-    t584 = t577 * t582
-    t590 = c_2 * t213 + s_2 * S_3_12 - t228 - t269 * t531 - y0_2_5_b_z * t541
-    t592 = t590 - t554 * t566 - t574 * t584
-    t595 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 - t209)
-    t598 = y0_3_5_b_z * t541 + (t595 - y0_4_6_n_x * t531) - t558 * t566
-    t600 = 1.0 / (t598 - t577 * t584)
-    t601 = t592 * t600
-    t604 = p_shoulder_tilt_mass * t131 + (J_4_11 * t101 + p_boom_mass * t101)
-    t606 = p_shoulder_tilt_dh_d * t135 + (p_shoulder_pan_inertia_yy + t604)
-    t608 = p_shoulder_pan_mass * t138 + (p_shoulder_tilt_dh_d * J_2_z1 + t606)
-    t612 = S_2_11 + (S_4t_22 + t608 - t196) - S_2_d * (s_2 * s_2)
-    t615 = t612 - 2.0 * (c_2 * t217) - p_shoulder_tilt_dh_d * (h_3_x - t223)
-    t617 = p_shoulder_pan_added_inertia_inertia + (t615 - p_shoulder_tilt_dh_d * h_3_x)
-    t620 = y0_2_5_b_z * t540 + (t617 - t269 * t530) - t554 * t565
-    t634 = t526 * t543 + (u_4 + t486 - t527 * t532)
-    t640 = t567 * t634 + (u_3 - f_3_z - t526 * t542)
-    t646 = c_4 * n_4_x + (u_2 - N_2_z - t115 * t317) - s_4 * n_4_y
-    t650 = t526 * t541 + (t527 * t531 + (t646 - q_3 * f_3_y)) - t566 * t634
-    t651 = t584 * t640 + t650
-    t655 = p_shoulder_tilt_dh_d * f_2t_x + (u_1 + c_2 * n_2_y - s_2 * (t513 - q_3 * f_3_x))
-    t659 = t565 * t634 + (t526 * t540 + (t655 - t527 * t530)) - t583 * t640
-    t661 = 1.0 / (t125 + (t122 + (t620 - t574 * t583 - t592 * t601)))
-    t662 = (t601 * t651 + t659) * t661
-    t669 = t600 * t651 + t601 * t662
-    t673 = t582 * t640 - t583 * t662 + t584 * t669
-    t679 = t564 * t634 + t565 * t662 - t566 * t669 + t567 * t673
-    t685 = t542 * t673 + (t526 * t539 - t540 * t662 - t541 * t669)
+    t507 = 1.0 / (y0_6_6_n_z + p_hand_added_inertia_inertia)
+    t508 = t246 * t507
+    t509 = y0_4_6_n_x * t507
+    t510 = -t509
+    t511 = t241 * t507
+    t518 = 1.0 / (t215 + p_wrist_bend_added_inertia_inertia)
+    t519 = y0_2_5_b_z * t518
+    t520 = y0_3_5_b_z * t518
+    t521 = h_5t_x * t518
+    t522 = -t521
+    t523 = S_5t_23 * t518
+    t534 = c_2 * (t177 - y0_4_4_n_z - p_shoulder_tilt_dh_d * t173)
+    t537 = t534 + (y0_2_5_b_z * t523 + (t214 + t246 * t511))
+    t541 = y0_4_6_n_x * t511 + (t168 - q_3 * t173) - y0_3_5_b_z * t523
+    t542 = h_5t_x * t523
+    t545 = y0_4_4_n_z + p_wrist_roll_added_inertia_inertia - t241 * t511
+    t547 = 1.0 / (t545 - S_5t_23 * t523)
+    t548 = t537 * t547
+    t549 = -t548
+    t550 = t541 * t547
+    t551 = t542 * t547
+    t558 = s_2 * t209 + (y0_2_5_b_z * t521 + t537 * t551)
+    t561 = t541 * t551 + (h_4t_y - y0_3_5_b_z * t521)
+    t564 = J_3_11 + p_boom_added_inertia_inertia - h_5t_x * t521
+    t566 = 1.0 / (t564 - t542 * t551)
+    t567 = t558 * t566
+    t568 = t561 * t566
+    t569 = -t568
+    t575 = y0_2_5_b_z * t520 + (c_2 * t200 + s_2 * S_3_12 - t211 - t246 * t509)
+    t577 = t575 - t537 * t550 - t558 * t568
+    t580 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 + t196)
+    t583 = t580 - y0_4_6_n_x * t509 - y0_3_5_b_z * t520 - t541 * t550
+    t585 = 1.0 / (t583 - t561 * t568)
+    t586 = t577 * t585
+    t587 = -t586
+    t595 = p_shoulder_tilt_dh_d * (J_2_z1 + t130 - h_3_x - t209)
+    t597 = p_shoulder_tilt_mass * t126 + (p_shoulder_pan_inertia_yy + t120)
+    t600 = S_4_11 + (p_shoulder_pan_mass * t131 + t597) - S_4_a
+    t603 = p_shoulder_pan_added_inertia_inertia + (S_2_11 + t600 - S_2_d * (s_2 * s_2))
+    t606 = t603 - t246 * t508 - y0_2_5_b_z * t519 - t537 * t548
+    t611 = t99 * J_3_11 + (t606 - t558 * t567 - t577 * t586) - 2.0 * (t177 + c_2 * t214)
+    t623 = u_4 + t463 - t505 * t511 - t504 * t523
+    t629 = t504 * t521 + (u_3 - f_3_z) - t551 * t623
+    t635 = c_4 * n_4_x + (u_2 - N_2_z - t110 * t292) - s_4 * n_4_y
+    t639 = t505 * t509 + (t635 - q_3 * f_3_y) - t504 * t520 - t550 * t623
+    t640 = t568 * t629 + t639
+    t643 = s_2 * (q_3 * f_3_x + t490) + (u_1 - c_2 * (t495 - 2.0 * (J_2_xx * t269)))
+    t646 = p_shoulder_tilt_dh_d * f_2t_x + t643 - t505 * t508 - t504 * t519
+    t650 = 1.0 / (t115 + (t595 + t611))
+    t651 = (t586 * t640 + (t548 * t623 + t646 - t567 * t629)) * t650
+    t658 = t585 * t640 + t586 * t651
+    t662 = t568 * t658 + (t566 * t629 - t567 * t651)
+    t668 = t551 * t662 - (t547 * t623 + t548 * t651 - t550 * t658)
+    t675 = t511 * t668
     # derivative: link 6 (hand): base parameters
-    t693 = J_6_z1 * 2.0
+    t677 = J_6_z1 * 2.0
     # derivative: link 5 (wrist_bend): base parameters
-    t694 = t73 * 2.0
-    t695 = J_5_z1 * 2.0
+    t678 = t73 * 2.0
+    t679 = J_5_z1 * 2.0
     # derivative: link 4 (wrist_roll): base parameters
-    t696 = t92 * 2.0
-    t697 = t96 * 2.0
+    t680 = t92 * 2.0
+    t681 = t96 * 2.0
     # derivative: link 3 (boom): base parameters
-    t698 = p_boom_dh_a * 2.0
-    t702 = p_boom_dh_a * p_wrist_roll_com_y
-    t703 = p_boom_dh_a * p_wrist_roll_mass
-    t704 = t114 * 2.0
+    t682 = p_boom_dh_a * p_wrist_roll_com_y
+    t683 = p_boom_dh_a * p_wrist_roll_mass
+    t684 = t109 * 2.0
     # derivative: link 1 (shoulder_pan): base parameters
-    t706 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y)
-    t710 = p_shoulder_tilt_dh_d * p_shoulder_tilt_com_y + (t131 + t706)
+    t687 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y * 2.0)
     # derivative: link 1 (shoulder_pan): Euler, inertial moment
-    t716 = t662 * (p_shoulder_pan_mass * p_shoulder_pan_com_z)
-    t720 = 0.5 * t662
-    t721 = t101 * t662
+    t691 = t99 * t651
     # link 2 (shoulder_tilt): acceleration field U along the axis
-    U_3_yx = c_2 * t662
-    U_2r_y = s_2 * t662
+    U_3_yx = c_2 * t651
+    U_2r_y = s_2 * t651
     # link 2 (shoulder_tilt): acceleration of its joint
-    t725 = p_shoulder_tilt_dh_d * t662
+    t694 = p_shoulder_tilt_dh_d * t651
     # link 2 (shoulder_tilt): angular acceleration
-    alpha_2_y = t292 - U_3_yx
+    alpha_2_y = t269 - U_3_yx
     # link 2 (shoulder_tilt): acceleration field U
-    U_2_xy = w_2_xy - t669
-    t731 = 2.0 * t293
-    t732 = U_2r_y + t731
+    U_2_xy = w_2_xy - t658
+    t702 = U_2r_y + 2.0 * t270
     # derivative: link 2 (shoulder_tilt): Euler, inertial moment
-    t734 = t732 * -0.5
-    t739 = 0.5 * t732
-    t757 = t115 * U_3_yx
-    t764 = 0.5 * w_2_xy - 0.5 * t669
+    t707 = 0.5 * t702
     # link 3 (boom): acceleration of its joint
-    t766 = q_3 * t732
+    t724 = q_3 * t702
     # link 3 (boom): acceleration of its frame
-    t768 = t288 + -2.0 * t309 - t766
-    t770 = t316 + (c_2 * t725 + q_3 * U_2_xy)
-    t772 = a_3_z + t673 - s_2 * t725
-    # link 3 (boom): acceleration field U
-    t773 = t731 - t732
+    t725 = t287 - t724
+    t727 = q_3 * U_2_xy + (t291 + c_2 * t694)
+    t729 = a_3_z + t662 - s_2 * t694
     # derivative: link 3 (boom): Newton, inertial force
-    t776 = t344 + t768
-    t779 = p_wrist_roll_mass * U_2_xy
-    t781 = p_boom_mass * U_2_xy
-    # link 3 (boom): Newton, inertial force
-    t782 = J_3_x1 * U_3_yx
-    # derivative: link 3 (boom): Newton, inertial force
-    t783 = J_3_11 * U_3_yx
-    t786 = s_2 * J_3_11
-    t787 = t770 - p_boom_dh_a * U_3_yx
-    t788 = p_boom_com_z * U_2_xy + t787
-    t790 = p_wrist_roll_mass * t296
-    t792 = p_boom_mass * t296
-    t794 = J_3_11 * t773
-    t797 = J_3_11 * U_2r_y
-    t798 = c_2 * J_3_11
-    a_4b_z = t772 - p_boom_dh_a * t773
-    t800 = a_4b_z - p_boom_com_z * t296
+    t732 = t319 + t725
+    t735 = p_wrist_roll_mass * U_2_xy
+    t737 = p_boom_mass * U_2_xy
+    t738 = J_3_11 * U_3_yx
+    t741 = s_2 * J_3_11
+    t742 = t727 - p_boom_dh_a * U_3_yx
+    t743 = p_boom_com_z * U_2_xy + t742
+    t745 = p_wrist_roll_mass * t273
+    t747 = p_boom_mass * t273
+    t748 = J_3_11 * U_2r_y
+    t752 = c_2 * J_3_11
+    a_4b_z = t729 + p_boom_dh_a * U_2r_y
+    t754 = p_boom_com_z * t273 - a_4b_z
     # derivative: link 3 (boom): Euler, inertial moment
-    t811 = p_boom_dh_a * t772
-    t814 = p_boom_dh_a * t770
+    t762 = p_boom_dh_a * t729
+    t764 = p_boom_dh_a * t727
     # link 4 (wrist_roll): acceleration field U along the axis
-    t818 = s_4 * U_2_xy + c_4 * t732
+    t768 = s_4 * U_2_xy + c_4 * t702
     # derivative: link 4 (wrist_roll): acceleration
-    t822 = s_4 * U_3_yx
+    t772 = s_4 * U_3_yx
     # link 4 (wrist_roll): acceleration
-    t826 = s_4 * t787 - c_4 * t776
+    t776 = s_4 * t742 - c_4 * t732
     # derivative: link 4 (wrist_roll): acceleration
-    t827 = t822 - c_4 * w_1_zz
-    t828 = t822 + c_4 * U_3_xx
-    t830 = c_4 * U_3_yx
+    t777 = t772 - c_4 * w_1_zz
+    t778 = t772 + c_4 * U_3_xx
+    t780 = c_4 * U_3_yx
     # link 4 (wrist_roll): acceleration
-    t834 = c_4 * t787 + s_4 * t776
+    t784 = c_4 * t742 + s_4 * t732
     # link 4 (wrist_roll): angular acceleration
-    t837 = t354 - t818
-    alpha_4_z = t679 - alpha_2_y
+    t787 = t330 - t768
+    t788 = t668 + alpha_2_y
     # link 4 (wrist_roll): acceleration field U
-    t839 = t353 + alpha_4_z
-    t840 = t354 + t837
-    t842 = t363 + c_4 * U_2_xy - s_4 * t732
+    t789 = t328 - t788
+    t790 = t330 + t787
+    t792 = t339 + c_4 * U_2_xy - s_4 * t702
     # derivative: link 4 (wrist_roll): Newton, inertial force
-    t845 = p_wrist_bend_mass * t839
-    t846 = p_wrist_roll_com_z * t839
-    t847 = p_wrist_roll_mass * t839
-    t849 = p_wrist_bend_mass * t360
-    t850 = p_wrist_roll_com_z * t360
-    t851 = p_wrist_roll_mass * t360
-    t854 = p_wrist_bend_mass * t842
-    t855 = p_wrist_roll_com_z * t842
-    t856 = p_wrist_roll_mass * t842
+    t795 = p_wrist_bend_mass * t789
+    t796 = p_wrist_roll_com_z * t789
+    t797 = p_wrist_roll_mass * t789
+    t799 = p_wrist_bend_mass * t335
+    t800 = p_wrist_roll_com_z * t335
+    t801 = p_wrist_roll_mass * t335
+    t804 = p_wrist_bend_mass * t792
+    t805 = p_wrist_roll_com_z * t792
+    t806 = p_wrist_roll_mass * t792
     # derivative: link 4 (wrist_roll): Euler, inertial moment
-    t858 = t92 * t368
-    t867 = 0.5 * t842
-    t872 = -0.5 * t842
-    t874 = t83 * t842 + (t90 * t368 + p_wrist_roll_com_z * a_4b_z)
-    t876 = t696 * t842 + (t96 * t368 + p_wrist_roll_mass * a_4b_z)
-    t877 = -0.5 * t840
-    t878 = 0.5 * t840
-    t879 = t90 * t839
-    t880 = t92 * t839
-    t881 = t96 * t839
-    t887 = t92 * t818
-    t905 = p_wrist_bend_com_y * t826 + (t75 * alpha_4_z + t75 * t353)
-    t907 = p_wrist_bend_mass * t826 + (t695 * alpha_4_z + t353 * t695)
+    t808 = t92 * t344
+    t814 = J_4_y1 * U_2r_y
+    t816 = 0.5 * t792
+    t822 = t792 * -0.5
+    t824 = t83 * t792 + (t90 * t344 + p_wrist_roll_com_z * a_4b_z)
+    t826 = t680 * t792 + (t96 * t344 + p_wrist_roll_mass * a_4b_z)
+    t827 = t790 * -0.5
+    t828 = 0.5 * t790
+    t829 = t90 * t789
+    t830 = t92 * t789
+    t831 = t96 * t789
+    t833 = t92 * t768
+    t837 = p_wrist_roll_com_z * t776
+    t839 = J_4_y1 * t777
+    t840 = J_4_y1 * t244
+    t843 = t90 * t768 - t83 * t789
+    t845 = p_wrist_bend_com_y * t776 + t75 * t789
     # link 5 (wrist_bend): acceleration field U along the axis
-    t910 = s_5 * t842 + c_5 * t839
+    t849 = s_5 * t792 + c_5 * t789
+    # derivative: link 5 (wrist_bend): acceleration
+    t853 = s_5 * U_2r_y
     # link 5 (wrist_bend): acceleration
-    t921 = s_5 * a_4b_z + c_5 * t826
+    t859 = s_5 * a_4b_z + c_5 * t776
     # link 5 (wrist_bend): angular acceleration
-    t925 = t396 - t910
-    # derivative of effort
-    t926 = t685 - t543 * t679
-    # link 5 (wrist_bend): angular acceleration
-    t927 = t926 - t837
+    t863 = t373 - t849
+    t866 = t521 * t662 + (t504 * t518 - t519 * t651 - t520 * t658)
+    t867 = t523 * t668 + t866
+    t868 = -t867
+    t869 = t787 + t867
+    t870 = -t869
     # link 5 (wrist_bend): acceleration field U
-    t928 = t395 - t927
-    t929 = t396 + t925
-    t931 = t405 + c_5 * t842 - s_5 * t839
+    t871 = t371 + t869
+    t872 = t373 + t863
+    t874 = t382 + c_5 * t792 - s_5 * t789
     # link 5 (wrist_bend): Newton, inertial force
-    t932 = t74 * t928
+    t875 = t74 * t871
     # derivative: link 5 (wrist_bend): Newton, inertial force
-    t933 = p_hand_com_z * t928
-    t934 = p_hand_mass * t928
-    t935 = p_wrist_bend_com_z * t928
-    t936 = p_wrist_bend_mass * t928
-    t937 = p_hand_com_z * t401
-    t938 = p_hand_mass * t401
-    t939 = p_wrist_bend_com_z * t401
-    t940 = p_wrist_bend_mass * t401
-    t942 = p_hand_com_z * t931
-    t943 = p_hand_mass * t931
-    t945 = p_wrist_bend_mass * t931
+    t876 = p_hand_com_z * t871
+    t877 = p_hand_mass * t871
+    t878 = p_wrist_bend_com_z * t871
+    t879 = p_wrist_bend_mass * t871
+    t880 = p_hand_com_z * t377
+    t881 = p_hand_mass * t377
+    t882 = p_wrist_bend_com_z * t377
+    t883 = p_wrist_bend_mass * t377
+    t885 = p_hand_com_z * t874
+    t886 = p_hand_mass * t874
+    t888 = p_wrist_bend_mass * t874
     # derivative: link 5 (wrist_bend): Euler, inertial moment
-    t947 = t73 * t410
-    t949 = 0.5 * t931
-    t958 = t74 * (t830 + s_4 * w_1_zz)
-    t960 = t74 * (s_2 * c_4)
-    t961 = t74 * (t830 - s_4 * U_3_xx)
-    t963 = p_wrist_bend_com_z * t834 + (t71 * t410 + t64 * t931)
-    t965 = p_wrist_bend_mass * t834 + (J_5_z1 * t410 + t694 * t931)
-    t966 = t58 * t931 + p_hand_com_z * t834
-    t967 = t693 * t931 + p_hand_mass * t834
-    t968 = t71 * t928
-    t969 = t73 * t928
-    t970 = J_5_z1 * t928
-    t971 = -0.5 * t929
-    t972 = 0.5 * t929
-    t974 = t73 * t910
-    t980 = t74 * (s_5 * U_2r_y - c_5 * t827)
-    t981 = t74 * (c_2 * s_5 + c_5 * t267)
-    t982 = t74 * (s_5 * t773 + c_5 * t828)
-    t993 = 0.5 * t395 - 0.5 * t927
-    t1000 = p_hand_com_z * t921 + (t58 * t927 - t58 * t395)
-    t1001 = p_hand_mass * t921 + (t693 * t927 - t395 * t693)
-    t1002 = p_wrist_bend_com_z * t921 + (t71 * t910 + t64 * t927 - t64 * t395)
-    t1003 = p_wrist_bend_mass * t921 + (J_5_z1 * t910 + t694 * t927 - t395 * t694)
+    t890 = t73 * t387
+    t892 = 0.5 * t874
+    t901 = t74 * (t780 + s_4 * w_1_zz)
+    t903 = t74 * (s_2 * c_4)
+    t904 = t74 * (t780 - s_4 * U_3_xx)
+    t906 = p_wrist_bend_com_z * t784 + (t71 * t387 + t64 * t874)
+    t908 = p_wrist_bend_mass * t784 + (J_5_z1 * t387 + t678 * t874)
+    t909 = t58 * t874 + p_hand_com_z * t784
+    t910 = t677 * t874 + p_hand_mass * t784
+    t911 = t71 * t871
+    t912 = t73 * t871
+    t913 = J_5_z1 * t871
+    t914 = -0.5 * t872
+    t915 = 0.5 * t872
+    t917 = t73 * t849
+    t923 = t74 * (t853 - c_5 * t777)
+    t924 = -t923
+    t925 = t74 * (c_2 * s_5 + c_5 * t244)
+    t926 = t74 * (t853 - c_5 * t778)
+    t928 = p_hand_com_z * t859 - t58 * t871
+    t930 = p_hand_mass * t859 - t677 * t871
+    t933 = t71 * t849 + p_wrist_bend_com_z * t859 - t64 * t871
+    t936 = J_5_z1 * t849 + p_wrist_bend_mass * t859 - t678 * t871
     # link 6 (hand): acceleration field U
-    t1009 = t437 + s_6 * t931 - c_6 * t928
-    t1011 = s_6 * t928 + (t440 + c_6 * t931)
+    t942 = t414 + s_6 * t874 - c_6 * t871
+    t944 = s_6 * t871 + (t418 + c_6 * t874)
     # derivative: link 6 (hand): Euler, inertial moment
-    t1012 = 0.5 * t1011
-    t1013 = -0.5 * t1011
-    t1014 = 0.5 * t1009
-    t1015 = -0.5 * t1009
+    t945 = 0.5 * t944
+    t946 = -0.5 * t944
+    t947 = 0.5 * t942
+    t948 = -0.5 * t942
+    t949 = -w_6_xy
     # derivative: link 6 (hand): moment, before its turn
-    t1016 = s_6 * t1015
-    t1018 = c_6 * t1012
-    t1020 = c_6 * t1015
-    t1022 = s_6 * t1012
+    t950 = s_6 * t948
+    t952 = c_6 * t945
+    t954 = c_6 * t948
+    t956 = s_6 * t945
     # derivative: link 5 (wrist_bend): moment from link 4
-    t1025 = t949 + t1016 - t1018
-    t1027 = t1018 + (t949 - s_6 * t1014)
-    t1029 = c_6 * t1013 + (t949 - t1016)
-    # derivative of effort
-    t1030 = t531 * t669 + (t527 * t529 - t530 * t662) - t532 * t679
-    # derivative: link 5 (wrist_bend): moment from link 4
-    t1031 = t1030 - t925
-    t1033 = t993 - t1020 - t1022
-    t1035 = s_6 * t1013 + (t993 + t1020)
-    t1037 = t1022 + (t993 + c_6 * t1014)
+    t959 = t892 + t950 - t952
+    t961 = t952 + (t892 - s_6 * t947)
+    t963 = c_6 * t946 + (t892 - t950)
+    t965 = t509 * t658 + (t505 * t507 - t508 * t651)
+    t967 = t965 + (t675 - t863)
+    t968 = -t967
+    t970 = 0.5 * t871
+    t971 = t970 - (t954 + t956)
+    t973 = s_6 * t946 + (t954 + t970)
+    t975 = t956 + (c_6 * t947 + t970)
     # derivative: link 5 (wrist_bend): force, before its turn
-    t1047 = s_5 * t937 - c_5 * t933
-    t1048 = s_5 * t938 - c_5 * t934
-    t1049 = s_5 * t940 - c_5 * t936
-    t1060 = c_5 * t937 + s_5 * t933
-    t1061 = c_5 * t938 + s_5 * t934
-    t1062 = c_5 * t940 + s_5 * t936
+    t985 = s_5 * t880 - c_5 * t876
+    t986 = s_5 * t881 - c_5 * t877
+    t987 = s_5 * t883 - c_5 * t879
+    t997 = c_5 * t880 + s_5 * t876
+    t998 = c_5 * t881 + s_5 * t877
+    t999 = c_5 * t883 + s_5 * t879
     # derivative: link 5 (wrist_bend): moment, before its turn
-    t1068 = s_5 * t444
-    t1070 = c_5 * t966
-    t1071 = c_5 * t967
-    t1078 = c_5 * t949
-    t1082 = s_5 * t970 - c_5 * t965
-    t1083 = t1068 + c_5 * t1029
-    t1084 = t1068 - c_5 * t1027
-    t1085 = s_5 * t1031 - c_5 * t1025
-    t1091 = c_5 * t444
-    t1093 = s_5 * t966
-    t1094 = s_5 * t967
-    t1101 = s_5 * t949
-    t1106 = c_5 * t970 + s_5 * t965
-    t1108 = t1091 - s_5 * t1029
-    t1109 = t1091 + s_5 * t1027
-    t1110 = c_5 * t1031 + s_5 * t1025
+    t1005 = s_5 * w_6_xy
+    t1007 = c_5 * t909
+    t1008 = c_5 * t910
+    t1015 = c_5 * t892
+    t1019 = s_5 * t913 - c_5 * t908
+    t1020 = t1005 + c_5 * t963
+    t1021 = t1005 - c_5 * t961
+    t1022 = s_5 * t967 - c_5 * t959
+    t1028 = c_5 * w_6_xy
+    t1030 = s_5 * t909
+    t1031 = s_5 * t910
+    t1034 = s_5 * t901
+    t1035 = s_5 * t903
+    t1037 = s_5 * t890
+    t1038 = s_5 * t892
+    t1039 = s_5 * t963
+    t1042 = c_5 * t911 + s_5 * t906
+    t1043 = c_5 * t913 + s_5 * t908
+    t1046 = t1028 + s_5 * t961
+    t1047 = c_5 * t967 + s_5 * t959
     # derivative: link 4 (wrist_roll): force from link 3
-    t1114 = p_wrist_bend_com_y * t839 + s_5 * t939 - c_5 * t935
-    t1116 = p_wrist_bend_com_y * t360 + p_wrist_bend_com_z * t931
-    t1118 = p_wrist_bend_com_y * t842 - c_5 * t939 - s_5 * t935
+    t1052 = p_wrist_bend_com_y * t789 + s_5 * t882 - c_5 * t878
+    t1054 = p_wrist_bend_com_y * t335 + p_wrist_bend_com_z * t874
+    t1056 = p_wrist_bend_com_y * t792 - c_5 * t882 - s_5 * t878
     # derivative: link 4 (wrist_roll): moment from link 3
-    t1120 = p_wrist_bend_com_y * a_4b_z + t75 * t842 - s_5 * t968
-    t1121 = c_5 * t963 + t1120
-    t1122 = J_4_y1 * U_2r_y - c_5 * t958
-    t1123 = c_2 * J_4_y1 + c_5 * t960
-    t1124 = J_4_y1 * t773 + c_5 * t961
-    t1126 = p_wrist_bend_mass * a_4b_z + t695 * t842 - s_5 * t969
-    t1127 = c_5 * t947 + t1126
-    t1129 = t1078 + (t872 - s_5 * t972)
-    t1131 = t1078 + (t867 - s_5 * t971)
-    # link 4 (wrist_roll): force, before its turn
-    t1166 = s_4 * (t463 + J_4_y1 * t839 - c_5 * t932) + c_4 * (t366 + t74 * t931)
+    t1058 = p_wrist_bend_com_y * a_4b_z + t75 * t792 - s_5 * t911
+    t1059 = c_5 * t906 + t1058
+    t1060 = t814 - c_5 * t901
+    t1061 = c_2 * J_4_y1 + c_5 * t903
+    t1062 = t814 - c_5 * t904
+    t1064 = p_wrist_bend_mass * a_4b_z + t679 * t792 - s_5 * t912
+    t1065 = c_5 * t890 + t1064
+    t1067 = t816 + s_5 * t915 - t1015
+    t1069 = t1015 + (t816 - s_5 * t914)
     # derivative: link 4 (wrist_roll): force, before its turn
-    t1167 = s_4 * t1114 + c_4 * t1116
-    t1168 = s_4 * t845 + c_4 * t849
-    t1169 = s_4 * t846 + c_4 * t850
-    t1170 = s_4 * t847 + c_4 * t851
-    t1171 = s_4 * t1047 + c_4 * t942
-    t1172 = s_4 * t1048 + c_4 * t943
-    t1173 = s_4 * t1049 + c_4 * t945
+    t1104 = s_4 * t1052 + c_4 * t1054
+    t1105 = s_4 * t795 + c_4 * t799
+    t1106 = s_4 * t796 + c_4 * t800
+    t1107 = s_4 * t797 + c_4 * t801
+    t1108 = s_4 * t985 + c_4 * t885
+    t1109 = s_4 * t986 + c_4 * t886
+    t1110 = s_4 * t987 + c_4 * t888
     # derivative: link 4 (wrist_roll): moment, before its turn
-    t1174 = c_4 * t867
-    t1195 = s_4 * t878
-    t1210 = s_4 * t867
-    t1231 = c_4 * t878
+    t1111 = c_4 * t816
+    t1132 = s_4 * t828
+    t1147 = s_4 * t816
+    t1168 = c_4 * t828
     # derivative: link 3 (boom): force from link 2
-    t1269 = s_4 * t850 + (p_wrist_roll_com_y * t732 + t776 - c_4 * t846)
-    # link 3 (boom): force from link 2
-    t1273 = t1166 - (t115 * U_2_xy - J_3_11 * t770)
-    # derivative: link 3 (boom): force from link 2
-    t1275 = t787 + t1167
-    t1277 = p_wrist_roll_com_y * U_2_xy - t787 - t1169
-    t1278 = t787 + t1171
-    # link 3 (boom): force from link 2
-    t1280 = J_4_y1 * t842 + (J_3_11 * t772 - (t465 + s_5 * t932))
-    # derivative: link 3 (boom): force from link 2
-    t1283 = a_4b_z + t1118
-    t1285 = t855 + (p_wrist_roll_com_y * t296 + a_4b_z)
-    t1286 = a_4b_z - t1060
+    t1206 = s_4 * t800 + (p_wrist_roll_com_y * t702 + t732 - c_4 * t796)
+    t1209 = t742 + t1104
+    t1211 = p_wrist_roll_com_y * U_2_xy - t742 - t1106
+    t1212 = t742 + t1108
+    t1213 = a_4b_z + t1056
+    t1215 = t805 + (p_wrist_roll_com_y * t273 + a_4b_z)
     # derivative: link 3 (boom): moment, in frame 2
-    t1303 = p_boom_dh_a * t1118 + (c_4 * t1002 + (t811 - s_4 * t1121))
-    t1307 = c_4 * t1000 + (t811 - s_4 * t1070) - p_boom_dh_a * t1060
-    t1311 = s_4 * t1122 + (t115 * w_1_zz - J_3_x1 * U_2r_y) - c_4 * t980
-    t1315 = s_4 * t1127 - c_4 * t974 - p_boom_dh_a * t854 - q_3 * (c_4 * t845 - s_4 * t849)
-    t1318 = s_4 * t876 + c_4 * t881 - p_boom_dh_a * t856 - q_3 * (c_4 * t847 - s_4 * t851)
-    t1321 = p_boom_dh_a * t1061 + (s_4 * t1071 - c_4 * t1001) - q_3 * (c_4 * t1048 - s_4 * t943)
-    t1324 = q_3 * (c_4 * t1049 - s_4 * t945) + (s_4 * t1082 + c_4 * t1003 - p_boom_dh_a * t1062)
-    t1325 = q_3 * t783
+    t1230 = p_boom_dh_a * t1056 + (c_4 * t933 + (t762 - s_4 * t1059))
+    t1234 = c_4 * t928 + (t762 - s_4 * t1007) - p_boom_dh_a * t997
+    t1240 = s_4 * t1065 - c_4 * t917 - p_boom_dh_a * t804 - q_3 * (c_4 * t795 - s_4 * t799)
+    t1243 = s_4 * t826 + c_4 * t831 - p_boom_dh_a * t806 - q_3 * (c_4 * t797 - s_4 * t801)
+    t1246 = p_boom_dh_a * t998 + (s_4 * t1008 - c_4 * t930) - q_3 * (c_4 * t986 - s_4 * t886)
+    t1249 = q_3 * (c_4 * t987 - s_4 * t888) + (s_4 * t1019 + c_4 * t936 - p_boom_dh_a * t999)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1338 = p_wrist_roll_com_y * t768 + (t94 * t732 - t300 * t702)
-    t1342 = p_boom_dh_a * t855 + (t811 + t1338 - s_4 * t874 - c_4 * t879)
-    t1345 = p_wrist_roll_mass * t768 + (t697 * t732 - t300 * t703)
-    t1348 = t1345 - s_4 * t858 - c_4 * t880 - p_wrist_roll_mass * t766
-    t1351 = t811 + (t112 * t732 + t106 * t300 - p_boom_com_z * t768)
-    t1355 = p_boom_mass * t766 + (t704 * t732 + t109 * t300 - p_boom_mass * t768)
-    t1358 = t197 * U_3_xx + (c_4 * t982 + (t115 * t300 - s_4 * t1124))
-    # solve: L D L^T
-    t1366 = J_4_y1 * t828 - s_5 * t961
+    t1263 = p_wrist_roll_com_y * t725 + (t94 * t702 - t277 * t682)
+    t1267 = p_boom_dh_a * t805 + (t762 + t1263 - s_4 * t824 - c_4 * t829)
+    t1269 = t724 - t725
+    t1273 = t681 * t702 - t277 * t683 - s_4 * t808 - c_4 * t830
+    t1277 = t762 + (t107 * t702 + t101 * t277 - p_boom_com_z * t725)
+    t1284 = s_5 * t875 + (t442 - J_3_11 * t729 - J_4_y1 * t792)
+    t1287 = t185 * U_3_xx + (t110 * t277 + s_4 * t1062 - c_4 * t926)
     # derivative of effort
-    t1370 = p_wrist_roll_com_z * t826 + (t83 * t353 + (t83 * alpha_4_z - t90 * t818))
+    t1295 = J_4_y1 * t778 - s_5 * t904
+    t1297 = t110 * U_2_xy - J_3_11 * t727 - s_4 * (t440 + J_4_y1 * t789 - c_5 * t875)
+    t1298 = t1297 - c_4 * (t342 + t74 * t874)
     # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1373 = t1370 + (t702 * U_2_xy - t814 - p_boom_dh_a * t1169)
-    t1374 = t905 - (c_5 * t968 + s_5 * t963)
-    t1379 = J_4_y1 * t827 - s_5 * t958
-    t1381 = J_4_y1 * t267 - s_5 * t960
-    # derivative of effort
-    t1383 = p_wrist_roll_mass * t826 + (t353 * t696 + (t696 * alpha_4_z - t96 * t818))
-    # derivative: link 2 (shoulder_tilt): moment from link 1
-    t1387 = 0.5 * t353 + 0.5 * alpha_4_z
-    t1389 = t1387 - c_5 * t971 - t1101
-    t1390 = t907 - (c_5 * t969 + s_5 * t947)
-    t1393 = t1387 + (c_5 * t972 + t1101)
-    # derivative: link 2 (shoulder_tilt): force, before its turn
-    t1398 = c_2 * t783
+    t1304 = t837 + (t682 * U_2_xy - t764) - t843 - p_boom_dh_a * t1106
+    t1314 = t96 * t768 - p_wrist_roll_mass * t776 - t680 * t789
+    t1316 = 0.5 * t789
+    t1318 = c_5 * t914 + t1038 - t1316
+    t1320 = p_wrist_bend_mass * t776 + t679 * t789 - c_5 * t912
+    t1325 = t1038 + (c_5 * t915 + t1316)
     # derivative: link 2 (shoulder_tilt): moment, before its turn
-    t1444 = 0.5 * (c_2 * (t292 + alpha_2_y))
-    t1460 = s_2 * t734
-    t1471 = s_2 * (t1303 - q_3 * (s_4 * t1116 + (t776 - c_4 * t1114)))
-    t1472 = s_2 * (t1307 - q_3 * (s_4 * t942 + (t776 - c_4 * t1047)))
+    t1372 = c_2 * (p_boom_dh_a * t1104 + (t1042 + (t764 - t845)))
+    t1380 = c_2 * t328
+    t1386 = s_2 * t702
+    t1388 = s_2 * (p_boom_mass * t1269 + (t684 * t702 + t104 * t277))
+    t1396 = s_2 * (t1230 - q_3 * (s_4 * t1054 + (t732 - c_4 * t1052)))
+    t1397 = s_2 * (t1234 - q_3 * (s_4 * t885 + (t732 - c_4 * t985)))
+    t1414 = s_2 * (s_4 * t1020 + c_4 * t973) - c_2 * (t1028 - t1039)
+    # derivative: link 2 (shoulder_tilt): moment, in frame 1
+    t1417 = p_shoulder_tilt_dh_d * (c_2 * t738 + s_2 * t748)
+    t1421 = p_shoulder_tilt_dh_d * (c_2 * t1212 - s_2 * (a_4b_z - t997))
+    t1429 = c_2 * (t1035 + (s_2 * J_3_x1 - t840)) - s_2 * (c_4 * t925 + (c_2 * J_3_x1 - s_4 * t1061))
+    t1430 = t1429 - p_shoulder_tilt_dh_d * (c_2 * t741 - s_2 * t752)
+    t1431 = p_shoulder_tilt_dh_d * (c_2 * t735 + s_2 * t745) - c_2 * (t683 * U_2_xy - t833)
+    t1434 = U_2_xy * (c_2 * t104) - t1388 - p_shoulder_tilt_dh_d * (c_2 * t737 + s_2 * t747)
+    t1435 = c_2 * (t1037 + p_boom_dh_a * t1105 - t1320) + s_2 * t1240
+    t1436 = t1435 - p_shoulder_tilt_dh_d * (c_2 * t1105 - s_2 * t804)
+    t1438 = c_2 * (p_boom_dh_a * t1107 + t1314) + s_2 * t1243 - p_shoulder_tilt_dh_d * (c_2 * t1107 - s_2 * t806)
+    t1440 = c_2 * (t1031 + p_boom_dh_a * t1109) + s_2 * t1246 - p_shoulder_tilt_dh_d * (c_2 * t1109 + s_2 * t998)
+    t1442 = c_2 * (t1043 + p_boom_dh_a * t1110) - s_2 * t1249 - p_shoulder_tilt_dh_d * (c_2 * t1110 + s_2 * t999)
+    # derivative of effort
+    t1445 = q_3 * t741 + (s_4 * t925 + (c_4 * t1061 - s_2 * t110))
+    t1451 = c_4 * t923 + (t302 - s_4 * t1060) - w_1_zz * (t110 - t185)
+    t1461 = c_2 * (t839 - t1034 - t1298 - 2.0 * (J_3_x1 * U_3_yx))
+    t1462 = t130 * t651
+    t1464 = s_2 * (t1451 - t1284 + 2.0 * (J_3_x1 * U_2r_y)) - t1417
+    t1467 = t110 * U_3_yx - q_3 * t738
+    t1475 = t1417 + (c_2 * (t1295 - t1298) + s_2 * (t1284 + t1287))
+    t1482 = t651 * (p_shoulder_pan_mass * p_shoulder_pan_com_z)
+    t1486 = 0.5 * t651
+    t1487 = 0.5 * (c_2 * (t269 + alpha_2_y))
+    t1488 = t1486 + t1487
+    t1497 = c_2 * (t101 * U_2_xy + t764) - t691 - s_2 * (q_3 * (p_boom_com_z * t702 - t732) + t1277)
+    t1498 = t1497 - p_shoulder_tilt_dh_d * (c_2 * t743 + s_2 * t754)
+    t1502 = t107 * U_2_xy + (q_3 * t743 + (p_boom_com_z * t727 - t101 * U_3_yx))
+    t1506 = t684 * U_2_xy + (q_3 * t737 + (p_boom_mass * t727 - t104 * U_3_yx))
+    t1507 = p_shoulder_tilt_dh_d * (c_2 * t1211 + s_2 * t1215) - t691
+    t1512 = c_4 * t824 + (t682 * U_3_yx - p_wrist_roll_com_y * t727)
+    t1517 = t843 - t837
+    t1520 = c_4 * t808 + (t683 * U_3_yx - p_wrist_roll_mass * t727)
+    t1528 = 0.5 * U_2_xy
+    t1537 = t1372 - t691 - t1396 - p_shoulder_tilt_dh_d * (c_2 * t1209 - s_2 * t1213)
+    t1550 = c_2 * (p_boom_dh_a * t1108 + (t764 + t1030)) - t691
+    t1560 = -t975
+    t1562 = -t973
+    t1564 = -t662
+    t1565 = t675 + t965
+    t1566 = -t1565
     # solve: L D L^T
-    t1500 = t1381 - t543 * t981
-    t1505 = t567 * t1500 + (t798 + t542 * t981)
-    t1511 = s_2 * t115 - c_4 * t1123 - s_4 * t981 - q_3 * t786 - t541 * t981
-    t1513 = t584 * t1505 + (t1511 - t566 * t1500)
-    t1515 = c_2 * (s_2 * J_3_x1 - t1381) - s_2 * (c_4 * t981 + (c_2 * J_3_x1 - s_4 * t1123))
-    t1516 = t1515 - p_shoulder_tilt_dh_d * (c_2 * t786 - s_2 * t798)
-    t1519 = t583 * t1505 + (t540 * t981 + t1516 - t565 * t1500)
-    t1521 = t661 * (t1519 - t601 * t1513)
-    t1522 = t600 * t1513
-    t1526 = t601 * t1521
-    t1527 = t1522 - t1526
-    t1532 = t584 * t1527 + (t582 * t1505 + t583 * t1521)
-    t1539 = t567 * t1532 + (t564 * t1500 - t565 * t1521 - t566 * t1527)
-    t1547 = t542 * t1532 + (t540 * t1521 - t539 * t981 - t541 * t1527)
-    t1558 = t1379 + t543 * t980
-    t1563 = t797 + t542 * t980 - t567 * t1558
-    t1569 = t541 * t980 + (s_4 * t980 + (t757 + c_4 * t1122) - t1325)
-    t1571 = t1569 - t566 * t1558 - t584 * t1563
-    t1574 = t662 * (t135 + t135) - c_2 * (t782 - t1273) - s_2 * (t1280 + (t327 - J_3_x1 * t773))
-    t1576 = s_2 * (t1311 - t197 * w_1_zz) + (t1574 - c_2 * (t782 - t1379))
-    t1577 = p_shoulder_tilt_dh_d * (t1398 + s_2 * t797) + t1576
-    t1580 = t583 * t1563 + (t565 * t1558 + (t540 * t980 + t1577))
-    t1582 = t661 * (t601 * t1571 + t1580)
-    t1589 = t600 * t1571 + t601 * t1582
-    t1594 = t582 * t1563 + t583 * t1582 - t584 * t1589
-    t1597 = t567 * t1594
-    t1599 = t564 * t1558 + t565 * t1582 - t566 * t1589
-    t1600 = t1599 - t1597
-    t1608 = t539 * t980 - t540 * t1582 - t541 * t1589 - t542 * t1594
-    t1619 = t1366 - t543 * t982
-    t1624 = t567 * t1619 + (t794 + t542 * t982)
-    t1630 = t757 - c_4 * t1124 - s_4 * t982 - t1325 - t541 * t982
-    t1632 = t584 * t1624 + (t1630 - t566 * t1619)
-    t1634 = t662 * (J_4_11 * t698 + p_boom_mass * t698) + c_2 * -(t1273 + t1366)
-    t1636 = t1634 - s_2 * (t1358 - t1280) - p_shoulder_tilt_dh_d * (t1398 - s_2 * t794)
-    t1639 = t583 * t1624 + (t540 * t982 + t1636 - t565 * t1619)
-    t1641 = t661 * (t1639 - t601 * t1632)
-    t1648 = t600 * t1632 - t601 * t1641
-    t1652 = t584 * t1648 + (t582 * t1624 + t583 * t1641)
-    t1658 = t567 * t1652 + (t564 * t1619 - t565 * t1641 - t566 * t1648)
-    t1665 = t541 * t1648 + (t539 * t982 - t540 * t1641) - t542 * t1652
-    t1672 = t661 * (t138 * t662)
-    t1674 = t601 * t1672
-    t1678 = t583 * t1672 - t584 * t1674
-    t1681 = t567 * t1678
-    t1682 = t565 * t1672 - t566 * t1674
-    t1683 = t1682 - t1681
-    t1691 = t543 * t1683 + (t542 * t1678 + (t540 * t1672 + t541 * t1674))
-    t1699 = t661 * (-2.0 * t716)
-    t1700 = t601 * t1699
-    t1701 = t583 * t1699
-    t1702 = t584 * t1700
-    t1703 = t1701 - t1702
-    t1709 = t565 * t1699 - t566 * t1700 - t567 * t1703
-    t1716 = t543 * t1709 + (t542 * t1703 + (t540 * t1699 + t541 * t1700))
-    t1722 = t661 * t662
-    t1723 = -t1722
-    t1724 = t601 * t1722
-    t1725 = -t1724
-    t1728 = t583 * t1722 - t584 * t1724
-    t1731 = t567 * t1728
-    t1732 = t565 * t1722 - t566 * t1724
-    t1733 = t1732 - t1731
-    t1734 = t1731 - t1732
-    t1741 = t543 * t1733 + (t542 * t1728 + (t540 * t1722 + t541 * t1724))
-    t1742 = -t1741
-    t1747 = t532 * t1733 + (t530 * t1722 - t531 * t1724)
-    t1748 = t661 * (t662 * t710)
-    t1750 = t601 * t1748
-    t1754 = t583 * t1748 - t584 * t1750
-    t1757 = t567 * t1754
-    t1758 = t565 * t1748 - t566 * t1750
-    t1759 = t1758 - t1757
-    t1767 = t543 * t1759 + (t542 * t1754 + (t540 * t1748 + t541 * t1750))
-    t1774 = t661 * (t662 * (J_2_z1 * 2.0 + t134 * 2.0))
-    t1776 = t601 * t1774
-    t1780 = t583 * t1774 - t584 * t1776
-    t1783 = t567 * t1780
-    t1784 = t565 * t1774 - t566 * t1776
-    t1785 = t1784 - t1783
-    t1793 = t543 * t1785 + (t542 * t1780 + (t540 * t1774 + t541 * t1776))
-    t1800 = w_2_xy * t601
-    t1801 = t720 + t1444
-    t1804 = t661 * (t1801 - t1460 - t1800)
-    t1805 = -t1804
-    t1806 = w_2_xy * t600
-    t1808 = t1806 - t601 * t1804
-    t1811 = t583 * t1804 + t584 * t1808
-    t1814 = t567 * t1811
-    t1815 = t565 * t1804 + t566 * t1808
-    t1816 = t1815 - t1814
-    t1817 = t1814 - t1815
-    t1824 = t541 * t1808 - t540 * t1804 - t542 * t1811 - t543 * t1816
-    t1829 = t532 * t1816 + (t530 * t1804 + t531 * t1808)
-    t1830 = t601 * t669
-    t1833 = t661 * (t1460 + t1801 - t1830)
-    t1834 = t600 * t669
-    t1835 = t601 * t1833
-    t1836 = t1834 - t1835
-    t1837 = t1835 - t1834
-    t1840 = t583 * t1833 + t584 * t1836
-    t1841 = -t1840
-    t1846 = t565 * t1833 + t566 * t1836 - t567 * t1840
-    t1853 = t543 * t1846 + (t542 * t1840 + (t540 * t1833 - t541 * t1836))
-    t1859 = -(t532 * t1846 + (t530 * t1833 + t531 * t1836))
-    t1863 = t661 * (t1800 + (t720 - t1444 - s_2 * t739))
-    t1864 = -t1863
-    t1866 = t1806 + t601 * t1863
-    t1867 = -t1866
-    t1870 = t583 * t1863 - t584 * t1866
-    t1873 = t567 * t1870
-    t1874 = t565 * t1863 - t566 * t1866
-    t1875 = t1874 - t1873
-    t1876 = t1873 - t1874
-    t1883 = t543 * t1875 + (t542 * t1870 + (t540 * t1863 + t541 * t1866))
-    t1884 = -t1883
-    t1889 = t532 * t1875 + (t530 * t1863 - t531 * t1866)
-    t1894 = t106 * U_3_yx + (t112 * t669 - t112 * w_2_xy) - p_boom_com_z * t770
-    t1896 = t584 * t800 + (t1894 - q_3 * t788)
-    t1899 = s_2 * (q_3 * (p_boom_com_z * t732 - t776) + t1351) + (t721 - c_2 * (t106 * U_2_xy + t814))
-    t1900 = p_shoulder_tilt_dh_d * (c_2 * t788 - s_2 * t800) + t1899
-    t1903 = t661 * (t601 * t1896 + (t1900 - t583 * t800))
-    t1908 = t600 * t1896 + t601 * t1903
-    t1913 = t584 * t1908 + (t582 * t800 - t583 * t1903)
-    t1919 = t567 * t1913 + (t565 * t1903 - t566 * t1908)
-    t1927 = t542 * t1913 - t540 * t1903 - t541 * t1908 - t543 * t1919
-    t1937 = t109 * U_3_yx + (t669 * t704 - w_2_xy * t704) - p_boom_mass * t770
-    t1939 = t1937 - q_3 * t781 - t584 * t792
-    t1942 = U_2_xy * (c_2 * t109) - s_2 * t1355 - p_shoulder_tilt_dh_d * (c_2 * t781 + s_2 * t792)
-    t1945 = t661 * (t1942 - t583 * t792 - t601 * t1939)
-    t1946 = t600 * t1939
-    t1948 = t601 * t1945
-    t1949 = t1946 - t1948
-    t1954 = t582 * t792 - t583 * t1945 - t584 * t1949
-    t1959 = t567 * t1954 + (t565 * t1945 + t566 * t1949)
-    t1966 = t543 * t1959 + (t540 * t1945 - t541 * t1949 - t542 * t1954)
-    t1976 = t1285 + t567 * t1370
-    t1981 = p_wrist_roll_com_y * t770 + (t94 * t669 - t94 * w_2_xy - t702 * U_3_yx)
-    t1985 = q_3 * t1277 + (s_4 * t879 + (t1981 - c_4 * t874)) - t566 * t1370
-    t1986 = t584 * t1976 + t1985
-    t1990 = s_2 * (t1342 - q_3 * t1269) + (t721 + c_2 * t1373) - p_shoulder_tilt_dh_d * (c_2 * t1277 + s_2 * t1285)
-    t1993 = t601 * t1986 + (t565 * t1370 + t1990 - t583 * t1976)
-    t1994 = t661 * t1993
-    t2000 = t600 * t1986 + t601 * t1994
-    t2005 = t584 * t2000 + (t582 * t1976 - t583 * t1994)
-    t2012 = t567 * t2005 + (t564 * t1370 + t565 * t1994 - t566 * t2000)
-    t2020 = t542 * t2005 - t540 * t1994 - t541 * t2000 - t543 * t2012
-    t2029 = t790 - t567 * t887
-    t2034 = p_wrist_roll_mass * t770 + (t669 * t697 - w_2_xy * t697 - t703 * U_3_yx)
-    t2038 = t566 * t887 + (q_3 * t779 + (s_4 * t880 + (t2034 - c_4 * t858)))
-    t2039 = t584 * t2029 + t2038
-    t2042 = c_2 * (t703 * U_2_xy - t887) + s_2 * t1348 - p_shoulder_tilt_dh_d * (c_2 * t779 + s_2 * t790)
-    t2045 = t601 * t2039 + (t2042 - t565 * t887 - t583 * t2029)
-    t2046 = t661 * t2045
-    t2052 = t600 * t2039 + t601 * t2046
-    t2057 = t584 * t2052 + (t582 * t2029 - t583 * t2046)
-    t2064 = t566 * t2052 + (t564 * t887 - t565 * t2046) - t567 * t2057
-    t2071 = t543 * t2064 + (t542 * t2057 - t540 * t2046 - t541 * t2052)
-    t2080 = t856 + t567 * t1383
-    t2085 = t566 * t1383 + (q_3 * t1170 + (c_4 * t876 - s_4 * t881))
-    t2086 = t2085 - t584 * t2080
-    t2089 = p_shoulder_tilt_dh_d * (c_2 * t1170 - s_2 * t856) + (c_2 * (t1383 - p_boom_dh_a * t1170) - s_2 * t1318)
-    t2093 = t661 * (t565 * t1383 + t2089 - t583 * t2080 - t601 * t2086)
-    t2099 = t600 * t2086 - t601 * t2093
-    t2101 = t584 * t2099
-    t2102 = t582 * t2080 - t583 * t2093
-    t2103 = t2102 - t2101
-    t2110 = t567 * t2103 + (t566 * t2099 + (t564 * t1383 + t565 * t2093))
-    t2118 = t542 * t2103 + (t541 * t2099 - t540 * t2093) - t543 * t2110
-    t2126 = t353 * t567
-    t2129 = t353 * t566 - t584 * t2126
-    t2132 = t2129 + (t764 + t1174 - s_4 * t877)
-    t2135 = t353 * t565 + (c_2 * t353 - t583 * t2126)
-    t2137 = t2135 - s_2 * (c_4 * t877 + (t734 + t1210)) - t601 * t2132
-    t2138 = t661 * t2137
-    t2141 = t582 * t2126
-    t2142 = t353 * t564
-    t2144 = t600 * t2132 - t601 * t2138
-    t2146 = t584 * t2144
-    t2147 = t2141 - t583 * t2138
-    t2148 = t2147 - t2146
-    t2155 = t567 * t2148 + (t566 * t2144 + (t2142 + t565 * t2138))
-    t2163 = t542 * t2148 + (t541 * t2144 - t540 * t2138) - t543 * t2155
-    t2171 = t567 * alpha_4_z
-    t2177 = t584 * t2171 + (t1195 + (t764 - t1174) - t566 * alpha_4_z)
-    t2180 = t565 * alpha_4_z + (c_2 * alpha_4_z - s_2 * (t1231 + (t739 + t1210)))
-    t2183 = t661 * (t601 * t2177 + (t2180 - t583 * t2171))
-    t2189 = t600 * t2177 + t601 * t2183
-    t2194 = t584 * t2189 + (t582 * t2171 - t583 * t2183)
-    t2201 = t567 * t2194 + (t564 * alpha_4_z + t565 * t2183 - t566 * t2189)
-    t2209 = t542 * t2194 - t540 * t2183 - t541 * t2189 - t543 * t2201
-    t2217 = t764 + c_4 * t872 - t1195 - t2129
-    t2220 = t2135 + (s_2 * (t1231 + (t734 + s_4 * t872)) + t601 * t2217)
-    t2221 = t661 * t2220
-    t2224 = t600 * t2217 + t601 * t2221
-    t2228 = t584 * t2224 + (t2141 - t583 * t2221)
-    t2234 = t567 * t2228 + (t2142 + t565 * t2221 - t566 * t2224)
-    t2241 = t543 * t2234 + (t540 * t2221 + t541 * t2224 - t542 * t2228)
-    t2251 = t1374 - t543 * t1002
-    t2256 = t567 * t2251 + (t1283 + t542 * t1002)
-    t2261 = t541 * t1002 + (q_3 * t1275 + (c_4 * t1121 + s_4 * t1002))
-    t2263 = t566 * t2251 + t2261 - t584 * t2256
-    t2266 = t1471 + (t721 - c_2 * (t814 + p_boom_dh_a * t1167 - t1374))
-    t2267 = p_shoulder_tilt_dh_d * (c_2 * t1275 - s_2 * t1283) + t2266
-    t2270 = t565 * t2251 + (t2267 - t540 * t1002) - t583 * t2256
-    t2272 = t661 * (t2270 - t601 * t2263)
-    t2279 = t600 * t2263 - t601 * t2272
-    t2281 = t584 * t2279
-    t2282 = t582 * t2256 - t583 * t2272
-    t2283 = t2282 - t2281
-    t2290 = t567 * t2283 + (t566 * t2279 + (t564 * t2251 + t565 * t2272))
-    t2298 = t542 * t2283 + (t541 * t2279 - t539 * t1002 - t540 * t2272)
-    t2309 = t1390 - t543 * t974
-    t2314 = t567 * t2309 + (t854 + t542 * t974)
-    t2319 = t541 * t974 + (q_3 * t1168 + (c_4 * t1127 + s_4 * t974))
-    t2321 = t566 * t2309 + t2319 - t584 * t2314
-    t2324 = p_shoulder_tilt_dh_d * (c_2 * t1168 - s_2 * t854) + (c_2 * (t1390 - p_boom_dh_a * t1168) - s_2 * t1315)
-    t2327 = t565 * t2309 + (t2324 - t540 * t974) - t583 * t2314
-    t2329 = t661 * (t2327 - t601 * t2321)
-    t2336 = t600 * t2321 - t601 * t2329
-    t2338 = t584 * t2336
-    t2339 = t582 * t2314 - t583 * t2329
-    t2340 = t2339 - t2338
-    t2347 = t567 * t2340 + (t566 * t2336 + (t564 * t2309 + t565 * t2329))
-    t2355 = t542 * t2340 + (t541 * t2336 - t539 * t974 - t540 * t2329)
-    t2366 = t1106 + t543 * t1003
-    t2371 = t567 * t2366 + (t1062 - t542 * t1003)
-    t2376 = c_4 * t1082 - s_4 * t1003 - q_3 * t1173 - t541 * t1003
-    t2378 = t566 * t2366 + t2376 - t584 * t2371
-    t2381 = c_2 * (t1106 + p_boom_dh_a * t1173) - s_2 * t1324 - p_shoulder_tilt_dh_d * (c_2 * t1173 + s_2 * t1062)
-    t2384 = t565 * t2366 + (t540 * t1003 + t2381) - t583 * t2371
-    t2386 = t661 * (t2384 - t601 * t2378)
-    t2387 = t600 * t2378
-    t2391 = t601 * t2386
-    t2392 = t2387 - t2391
-    t2397 = t582 * t2371 - t583 * t2386 - t584 * t2392
-    t2403 = t567 * t2397 + (t566 * t2392 + (t564 * t2366 + t565 * t2386))
-    t2410 = t540 * t2386 - t539 * t1003 - t541 * t2392 - t542 * t2397
-    t2422 = t1389 + t395 * t543
-    t2426 = t395 * t542 - t567 * t2422
-    t2431 = t566 * t2422 + (c_4 * t1131 - s_4 * t395 - t395 * t541)
-    t2432 = t584 * t2426 + t2431
-    t2435 = t395 * t540 + (c_2 * t1389 - s_2 * (s_4 * t1131 + c_4 * t395))
-    t2438 = t583 * t2426 + (t565 * t2422 + t2435) - t601 * t2432
-    t2439 = t661 * t2438
-    t2446 = t600 * t2432 - t601 * t2439
-    t2450 = t584 * t2446 + (t582 * t2426 + t583 * t2439)
-    t2453 = t567 * t2450
-    t2455 = t566 * t2446 + (t564 * t2422 + t565 * t2439)
-    t2456 = t2455 - t2453
-    t2464 = t541 * t2446 + (t395 * t539 - t540 * t2439) - t542 * t2450
-    t2475 = t1393 + t543 * t927
-    t2479 = t542 * t927 - t567 * t2475
-    t2484 = t541 * t927 + (c_4 * t1129 + s_4 * t927) - t566 * t2475
-    t2485 = t2484 - t584 * t2479
-    t2488 = t540 * t927 + (c_2 * t1393 + s_2 * (s_4 * t1129 - c_4 * t927))
-    t2491 = t601 * t2485 + (t583 * t2479 + (t565 * t2475 + t2488))
-    t2492 = t661 * t2491
-    t2498 = t600 * t2485 + t601 * t2492
-    t2500 = t584 * t2498
-    t2501 = t582 * t2479 + t583 * t2492
-    t2502 = t2501 - t2500
-    t2509 = t564 * t2475 + t565 * t2492 - t566 * t2498 - t567 * t2502
-    t2516 = t542 * t2502 + (t541 * t2498 + (t540 * t2492 - t539 * t927))
-    t2527 = t1093 + t543 * t1000
-    t2532 = t1286 + t542 * t1000 - t567 * t2527
-    t2537 = t541 * t1000 + (q_3 * t1278 + (c_4 * t1070 + s_4 * t1000))
-    t2539 = t2537 - t566 * t2527 - t584 * t2532
-    t2541 = t721 - c_2 * (p_boom_dh_a * t1171 + (t814 + t1093))
-    t2543 = p_shoulder_tilt_dh_d * (c_2 * t1278 - s_2 * t1286) + (t1472 + t2541)
-    t2547 = t2543 - t540 * t1000 - t565 * t2527 - t583 * t2532 - t601 * t2539
-    t2548 = t661 * t2547
-    t2555 = t600 * t2539 - t601 * t2548
-    t2557 = t584 * t2555
-    t2558 = t582 * t2532 - t583 * t2548
-    t2559 = t2558 - t2557
-    t2566 = t564 * t2527 - t565 * t2548 - t566 * t2555 - t567 * t2559
-    t2573 = t542 * t2559 + (t541 * t2555 - t539 * t1000 - t540 * t2548)
-    t2584 = t1094 + t543 * t1001
-    t2589 = t567 * t2584 + (t1061 - t542 * t1001)
-    t2594 = t541 * t1001 + (q_3 * t1172 + (c_4 * t1071 + s_4 * t1001))
-    t2596 = t584 * t2589 + (t2594 - t566 * t2584)
-    t2599 = c_2 * (t1094 + p_boom_dh_a * t1172) + s_2 * t1321 - p_shoulder_tilt_dh_d * (c_2 * t1172 + s_2 * t1061)
-    t2602 = t565 * t2584 + (t540 * t1001 + t2599) - t583 * t2589
-    t2604 = t661 * (t601 * t2596 + t2602)
-    t2610 = t600 * t2596 + t601 * t2604
-    t2614 = t584 * t2610 + (t582 * t2589 - t583 * t2604)
-    t2620 = t567 * t2614 + (t564 * t2584 + t565 * t2604 - t566 * t2610)
-    t2627 = t541 * t2610 + (t540 * t2604 - t539 * t1001) - t542 * t2614
-    t2634 = t444 * t530
-    t2635 = t444 * t531
-    t2636 = t444 * t532
-    t2642 = t1109 - t2636 - t543 * t1037
-    t2646 = t542 * t1037 + t567 * t2642
-    t2652 = t566 * t2642 + (t541 * t1037 + (c_4 * t1084 + s_4 * t1037 - t2635))
-    t2653 = t2652 - t584 * t2646
-    t2656 = c_2 * t1109 - s_2 * (s_4 * t1084 - c_4 * t1037) - t2634
-    t2659 = t565 * t2642 + (t2656 - t540 * t1037) - t583 * t2646
-    t2661 = t661 * (t2659 - t601 * t2653)
-    t2662 = t600 * t2653
-    t2666 = t444 * t529
-    t2667 = t601 * t2661
-    t2668 = t2662 - t2667
-    t2673 = t582 * t2646 - t583 * t2661 - t584 * t2668
-    t2679 = t567 * t2673 + (t566 * t2668 + (t564 * t2642 + t565 * t2661))
-    t2686 = t539 * t1037 + t540 * t2661 - t541 * t2668 - t542 * t2673
-    t2699 = t543 * t1035 + (t1108 - t2636)
-    t2703 = t542 * t1035 - t567 * t2699
-    t2709 = t566 * t2699 + (c_4 * t1083 - s_4 * t1035 - t2635 - t541 * t1035)
-    t2710 = t584 * t2703 + t2709
-    t2713 = c_2 * t1108 - s_2 * (s_4 * t1083 + c_4 * t1035) - t2634
-    t2716 = t583 * t2703 + (t565 * t2699 + (t540 * t1035 + t2713))
-    t2718 = t661 * (t2716 - t601 * t2710)
-    t2725 = t600 * t2710 - t601 * t2718
-    t2729 = t584 * t2725 + (t582 * t2703 + t583 * t2718)
-    t2732 = t567 * t2729
-    t2734 = t566 * t2725 + (t564 * t2699 + t565 * t2718)
-    t2735 = t2734 - t2732
-    t2743 = t541 * t2725 + (t539 * t1035 - t540 * t2718) - t542 * t2729
-    t2750 = t532 * t2735 + (t531 * t2725 + (t530 * t2718 - t2666))
-    t2759 = t1110 - t532 * t1031 - t543 * t1033
-    t2763 = t542 * t1033 + t567 * t2759
-    t2768 = t541 * t1033 + (c_4 * t1085 + s_4 * t1033 - t531 * t1031)
-    t2770 = t566 * t2759 + t2768 - t584 * t2763
-    t2773 = c_2 * t1110 - s_2 * (s_4 * t1085 - c_4 * t1033) - t530 * t1031
-    t2776 = t565 * t2759 + (t2773 - t540 * t1033) - t583 * t2763
-    t2778 = t661 * (t2776 - t601 * t2770)
-    t2786 = t600 * t2770 - t601 * t2778
-    t2788 = t584 * t2786
-    t2789 = t582 * t2763 - t583 * t2778
-    t2790 = t2789 - t2788
-    t2797 = t567 * t2790 + (t566 * t2786 + (t564 * t2759 + t565 * t2778))
-    t2805 = t542 * t2790 + (t541 * t2786 - t539 * t1033 - t540 * t2778)
-    t2812 = t532 * t2797 + (t531 * t2786 + (t530 * t2778 - t529 * t1031))
-    t2813 = t661 * t1830
-    t2816 = t1834 + t601 * t2813
-    t2820 = t583 * t2813 - t584 * t2816
-    t2823 = t567 * t2820
-    t2824 = t565 * t2813 - t566 * t2816
-    t2825 = t2824 - t2823
-    t2833 = t543 * t2825 + (t542 * t2820 + (t540 * t2813 + t541 * t2816))
-    t2841 = t584 * t673
-    t2844 = t661 * (t583 * t673 - t601 * t2841)
-    t2845 = t600 * t2841
-    t2847 = t601 * t2844
-    t2848 = t2845 - t2847
-    t2853 = t584 * t2848 + (t582 * t673 + t583 * t2844)
-    t2859 = t565 * t2844 + t566 * t2848 - t567 * t2853
-    t2866 = t543 * t2859 + (t542 * t2853 + (t540 * t2844 - t541 * t2848))
-    t2875 = t567 * t679
-    t2878 = t566 * t679 - t584 * t2875
-    t2882 = t661 * (t565 * t679 - t583 * t2875 - t601 * t2878)
-    t2888 = t600 * t2878 - t601 * t2882
-    t2890 = t584 * t2888
-    t2891 = t582 * t2875 - t583 * t2882
-    t2892 = t2891 - t2890
-    t2899 = t567 * t2892 + (t566 * t2888 + (t564 * t679 + t565 * t2882))
-    t2907 = t542 * t2892 + (t541 * t2888 - t540 * t2882) - t543 * t2899
-    t2916 = t543 * t926
-    t2920 = t542 * t926 - t567 * t2916
-    t2924 = t541 * t926 - t566 * t2916 - t584 * t2920
-    t2928 = t601 * t2924 + (t583 * t2920 + (t540 * t926 + t565 * t2916))
-    t2929 = t661 * t2928
-    t2935 = t600 * t2924 + t601 * t2929
-    t2937 = t584 * t2935
-    t2938 = t582 * t2920 + t583 * t2929
-    t2939 = t2938 - t2937
-    t2946 = t564 * t2916 + t565 * t2929 - t566 * t2935 - t567 * t2939
-    t2953 = t542 * t2939 + (t541 * t2935 + (t540 * t2929 - t539 * t926))
-    t2962 = t532 * t1030
-    t2965 = t567 * t2962
-    t2969 = t531 * t1030 + t566 * t2962 - t584 * t2965
-    t2973 = t530 * t1030 + t565 * t2962 - t583 * t2965 - t601 * t2969
-    t2974 = t661 * t2973
-    t2975 = t600 * t2969
-    t2979 = t601 * t2974
-    t2980 = t2975 - t2979
-    t2985 = t582 * t2965 - t583 * t2974 - t584 * t2980
-    t2991 = t567 * t2985 + (t566 * t2980 + (t564 * t2962 + t565 * t2974))
-    t2998 = t543 * t2991 + (t540 * t2974 - t541 * t2980 - t542 * t2985)
-    t3004 = t532 * t2991 + (t531 * t2980 + (t529 * t1030 + t530 * t2974))
+    t1574 = t1035 - t840 - t523 * t925
+    t1580 = -t752 - t522 * t925 - t551 * t1574
+    t1584 = t1445 - t520 * t925 - t550 * t1574 - t569 * t1580
+    t1586 = t1430 - t519 * t925 - t549 * t1574 - t567 * t1580 - t587 * t1584
+    t1587 = t650 * t1586
+    t1593 = t585 * t1584 - t587 * t1587
+    t1597 = t566 * t1580 - t567 * t1587 - t569 * t1593
+    t1603 = t547 * t1574 - t549 * t1587 - t550 * t1593 - t551 * t1597
+    t1609 = t518 * t925 - t519 * t1587 - t520 * t1593 - t522 * t1597
+    t1621 = -(t1467 + (c_4 * t1060 + s_4 * t923)) - t520 * t924
+    t1625 = t1034 - t839 - t523 * t924
+    t1627 = t1464 - t1461 - 2.0 * t1462 - t519 * t924 - t549 * t1625
+    t1631 = t748 - t521 * t923 - t551 * t1625
+    t1635 = t1621 - t550 * t1625 - t569 * t1631
+    t1638 = t650 * (t1627 - t567 * t1631 - t587 * t1635)
+    t1644 = t585 * t1635 - t587 * t1638
+    t1648 = t566 * t1631 - t567 * t1638 - t569 * t1644
+    t1654 = t547 * t1625 - t549 * t1638 - t550 * t1644 - t551 * t1648
+    t1660 = t518 * t924 - t519 * t1638 - t520 * t1644 - t522 * t1648
+    t1670 = t1475 - 2.0 * (t651 * (p_boom_dh_a * J_3_11)) - t519 * t926
+    t1676 = t1295 - t523 * t926
+    t1680 = t1467 + (c_4 * t1062 + s_4 * t926) - t520 * t926 - t550 * t1676
+    t1682 = -t748 - t522 * t926 - t551 * t1676
+    t1686 = t1680 - t569 * t1682
+    t1689 = t650 * (t1670 - t549 * t1676 - t567 * t1682 - t587 * t1686)
+    t1695 = t585 * t1686 - t587 * t1689
+    t1699 = t566 * t1682 - t567 * t1689 - t569 * t1695
+    t1705 = t547 * t1676 - t549 * t1689 - t550 * t1695 - t551 * t1699
+    t1711 = t518 * t926 - t519 * t1689 - t520 * t1695 - t522 * t1699
+    t1720 = t650 * -(t131 * t651)
+    t1721 = t587 * t1720
+    t1722 = -t1721
+    t1726 = -(t567 * t1720) - t568 * t1721
+    t1732 = -(t549 * t1720) - t550 * t1722 - t551 * t1726
+    t1740 = -(t519 * t1720) - t520 * t1722 - t522 * t1726 - t523 * t1732
+    t1747 = t650 * (-2.0 * t1482)
+    t1748 = t587 * t1747
+    t1749 = -t1748
+    t1753 = -(t567 * t1747) - t568 * t1748
+    t1759 = -(t549 * t1747) - t550 * t1749 - t551 * t1753
+    t1767 = -(t519 * t1747) - t520 * t1749 - t522 * t1753 - t523 * t1759
+    t1774 = t650 * -t651
+    t1775 = t587 * t1774
+    t1776 = -t1775
+    t1780 = -(t567 * t1774) - t568 * t1775
+    t1786 = -(t549 * t1774) - t550 * t1776 - t551 * t1780
+    t1794 = -(t519 * t1774) - t520 * t1776 - t522 * t1780 - t523 * t1786
+    t1800 = -(t508 * t1774) - t509 * t1775 - t511 * t1786
+    t1801 = t650 * -(t651 * (t126 + t687))
+    t1802 = t587 * t1801
+    t1803 = -t1802
+    t1807 = -(t567 * t1801) - t568 * t1802
+    t1813 = -(t549 * t1801) - t550 * t1803 - t551 * t1807
+    t1821 = -(t519 * t1801) - t520 * t1803 - t522 * t1807 - t523 * t1813
+    t1828 = t650 * (-2.0 * t1462)
+    t1829 = t587 * t1828
+    t1830 = -t1829
+    t1834 = -(t567 * t1828) - t568 * t1829
+    t1840 = -(t549 * t1828) - t550 * t1830 - t551 * t1834
+    t1848 = -(t519 * t1828) - t520 * t1830 - t522 * t1834 - t523 * t1840
+    t1857 = t650 * (-0.5 * t1386 - t1488 - w_2_xy * t587)
+    t1860 = w_2_xy * t585 - t587 * t1857
+    t1864 = -(t567 * t1857) - t569 * t1860
+    t1870 = -(t549 * t1857) - t550 * t1860 - t551 * t1864
+    t1878 = -(t519 * t1857) - t520 * t1860 - t522 * t1864 - t523 * t1870
+    t1884 = -(t508 * t1857) - t510 * t1860 - t511 * t1870
+    t1885 = t586 * t658
+    t1887 = t650 * (t1488 - 0.5 * t1386 - t1885)
+    t1888 = t585 * -t658
+    t1890 = t1888 - t587 * t1887
+    t1894 = -(t567 * t1887) - t569 * t1890
+    t1900 = -(t549 * t1887) - t550 * t1890 - t551 * t1894
+    t1908 = -(t519 * t1887) - t520 * t1890 - t522 * t1894 - t523 * t1900
+    t1914 = -(t508 * t1887) - t510 * t1890 - t511 * t1900
+    t1917 = t650 * (s_2 * t707 + t1487 - t1486 - w_2_xy * t586)
+    t1920 = t585 * -w_2_xy - t587 * t1917
+    t1924 = -(t567 * t1917) - t569 * t1920
+    t1930 = -(t549 * t1917) - t550 * t1920 - t551 * t1924
+    t1938 = -(t519 * t1917) - t520 * t1920 - t522 * t1924 - t523 * t1930
+    t1944 = -(t508 * t1917) - t510 * t1920 - t511 * t1930
+    t1948 = t1502 - t569 * t754
+    t1951 = t650 * (t1498 - t567 * t754 - t587 * t1948)
+    t1955 = t585 * t1948 - t587 * t1951
+    t1959 = t566 * t754 - t567 * t1951 - t569 * t1955
+    t1965 = -(t549 * t1951) - t550 * t1955 - t551 * t1959
+    t1973 = -(t519 * t1951) - t520 * t1955 - t522 * t1959 - t523 * t1965
+    t1983 = t1506 - t569 * t747
+    t1986 = t650 * (t1434 - t567 * t747 - t587 * t1983)
+    t1990 = t585 * t1983 - t587 * t1986
+    t1994 = t566 * t747 - t567 * t1986 - t569 * t1990
+    t2000 = -(t549 * t1986) - t550 * t1990 - t551 * t1994
+    t2008 = -(t519 * t1986) - t520 * t1990 - t522 * t1994 - t523 * t2000
+    t2016 = t1507 - c_2 * t1304 - s_2 * (t1267 - q_3 * t1206) - t549 * t1517
+    t2018 = t94 * U_2_xy + (t1512 - s_4 * t829 - q_3 * t1211) - t550 * t1517
+    t2020 = -t1215 - t551 * t1517
+    t2024 = t2018 - t569 * t2020
+    t2027 = t650 * (t2016 - t567 * t2020 - t587 * t2024)
+    t2032 = t585 * t2024 - t587 * t2027
+    t2036 = t566 * t2020 - t567 * t2027 - t569 * t2032
+    t2042 = t547 * t1517 - t549 * t2027 - t550 * t2032 - t551 * t2036
+    t2050 = -(t519 * t2027) - t520 * t2032 - t522 * t2036 - t523 * t2042
+    t2058 = t1431 - s_2 * (t1273 - p_wrist_roll_mass * t1269) - t549 * t833
+    t2060 = t681 * U_2_xy + (t1520 - s_4 * t830 - q_3 * t735) - t550 * t833
+    t2062 = -t745 - t551 * t833
+    t2066 = t2060 - t569 * t2062
+    t2069 = t650 * (t2058 - t567 * t2062 - t587 * t2066)
+    t2074 = t585 * t2066 - t587 * t2069
+    t2078 = t566 * t2062 - t567 * t2069 - t569 * t2074
+    t2084 = t547 * t833 - t549 * t2069 - t550 * t2074 - t551 * t2078
+    t2092 = -(t519 * t2069) - t520 * t2074 - t522 * t2078 - t523 * t2084
+    t2102 = q_3 * t1107 + (c_4 * t826 - s_4 * t831) - t550 * t1314
+    t2104 = -t806 - t551 * t1314
+    t2108 = t2102 - t569 * t2104
+    t2111 = t650 * (t1438 - t549 * t1314 - t567 * t2104 - t587 * t2108)
+    t2116 = t585 * t2108 - t587 * t2111
+    t2120 = t566 * t2104 - t567 * t2111 - t569 * t2116
+    t2126 = t547 * t1314 - t549 * t2111 - t550 * t2116 - t551 * t2120
+    t2134 = -(t519 * t2111) - t520 * t2116 - t522 * t2120 - t523 * t2126
+    t2142 = -(t1380 + s_2 * (t707 - t1147 - c_4 * t827)) - t328 * t548
+    t2145 = w_4_xy * t551
+    t2146 = -t2145
+    t2150 = t1111 + t1528 - s_4 * t827 - w_4_xy * t550 - t568 * t2145
+    t2153 = t650 * (t2142 - t567 * t2146 - t587 * t2150)
+    t2158 = t585 * t2150 - t587 * t2153
+    t2162 = t566 * t2146 - t567 * t2153 - t569 * t2158
+    t2168 = w_4_xy * t547 - t549 * t2153 - t550 * t2158 - t551 * t2162
+    t2176 = -(t519 * t2153) - t520 * t2158 - t522 * t2162 - t523 * t2168
+    t2184 = c_2 * t788 + s_2 * (t1168 + (t707 + t1147)) - t549 * t788
+    t2187 = t551 * t788
+    t2188 = -t2187
+    t2192 = t1111 - t1528 - t1132 - t550 * t788 - t568 * t2187
+    t2195 = t650 * (t2184 - t567 * t2188 - t587 * t2192)
+    t2200 = t585 * t2192 - t587 * t2195
+    t2204 = t566 * t2188 - t567 * t2195 - t569 * t2200
+    t2210 = t547 * t788 - t549 * t2195 - t550 * t2200 - t551 * t2204
+    t2218 = -(t519 * t2195) - t520 * t2200 - t522 * t2204 - t523 * t2210
+    t2226 = t1380 - s_2 * (t707 - s_4 * t822 - t1168) - t328 * t549
+    t2229 = t328 * t551
+    t2230 = -t2229
+    t2234 = c_4 * t822 + t1528 - t1132 - t328 * t550 - t568 * t2229
+    t2237 = t650 * (t2226 - t567 * t2230 - t587 * t2234)
+    t2242 = t585 * t2234 - t587 * t2237
+    t2246 = t566 * t2230 - t567 * t2237 - t569 * t2242
+    t2252 = t328 * t547 - t549 * t2237 - t550 * t2242 - t551 * t2246
+    t2260 = -(t519 * t2237) - t520 * t2242 - t522 * t2246 - t523 * t2252
+    t2270 = q_3 * t1209 + (c_4 * t1059 + s_4 * t933) - t520 * t933
+    t2274 = t1042 - t845 - t523 * t933
+    t2280 = -t1213 - t522 * t933 - t551 * t2274
+    t2284 = t2270 - t550 * t2274 - t569 * t2280
+    t2286 = t1537 - t519 * t933 - t549 * t2274 - t567 * t2280 - t587 * t2284
+    t2287 = t650 * t2286
+    t2293 = t585 * t2284 - t587 * t2287
+    t2297 = t566 * t2280 - t567 * t2287 - t569 * t2293
+    t2303 = t547 * t2274 - t549 * t2287 - t550 * t2293 - t551 * t2297
+    t2309 = t518 * t933 - t519 * t2287 - t520 * t2293 - t522 * t2297
+    t2321 = q_3 * t1105 + (c_4 * t1065 + s_4 * t917) - t520 * t917
+    t2325 = t1037 - t1320 - t523 * t917
+    t2331 = -t804 - t522 * t917 - t551 * t2325
+    t2335 = t2321 - t550 * t2325 - t569 * t2331
+    t2337 = t1436 - t519 * t917 - t549 * t2325 - t567 * t2331 - t587 * t2335
+    t2338 = t650 * t2337
+    t2344 = t585 * t2335 - t587 * t2338
+    t2348 = t566 * t2331 - t567 * t2338 - t569 * t2344
+    t2354 = t547 * t2325 - t549 * t2338 - t550 * t2344 - t551 * t2348
+    t2360 = t518 * t917 - t519 * t2338 - t520 * t2344 - t522 * t2348
+    t2372 = q_3 * t1110 + (s_4 * t936 - c_4 * t1019) - t520 * t936
+    t2376 = t1043 - t523 * t936
+    t2382 = t999 - t522 * t936 - t551 * t2376
+    t2386 = t2372 - t550 * t2376 - t569 * t2382
+    t2388 = t1442 - t519 * t936 - t549 * t2376 - t567 * t2382 - t587 * t2386
+    t2389 = t650 * t2388
+    t2395 = t585 * t2386 - t587 * t2389
+    t2399 = t566 * t2382 - t567 * t2389 - t569 * t2395
+    t2405 = t547 * t2376 - t549 * t2389 - t550 * t2395 - t551 * t2399
+    t2411 = t518 * t936 - t519 * t2389 - t520 * t2395 - t522 * t2399
+    t2421 = c_2 * t1318 + s_2 * (s_4 * t1069 + c_4 * t371) - w_5_xy * t519
+    t2427 = t1318 - w_5_xy * t523
+    t2431 = c_4 * t1069 - s_4 * t371 - w_5_xy * t520 - t550 * t2427
+    t2433 = -(t371 * t521) - t551 * t2427
+    t2437 = t2431 - t569 * t2433
+    t2440 = t650 * (t2421 - t549 * t2427 - t567 * t2433 - t587 * t2437)
+    t2446 = t585 * t2437 - t587 * t2440
+    t2450 = t566 * t2433 - t567 * t2440 - t569 * t2446
+    t2456 = t547 * t2427 - t549 * t2440 - t550 * t2446 - t551 * t2450
+    t2462 = w_5_xy * t518 - t519 * t2440 - t520 * t2446 - t522 * t2450
+    t2472 = c_2 * t1325 - s_2 * (s_4 * t1067 - c_4 * t869) - t519 * t870
+    t2478 = t1325 - t523 * t870
+    t2482 = -(c_4 * t1067 + s_4 * t869) - t520 * t870 - t550 * t2478
+    t2484 = -(t521 * t869) - t551 * t2478
+    t2488 = t2482 - t569 * t2484
+    t2491 = t650 * (t2472 - t549 * t2478 - t567 * t2484 - t587 * t2488)
+    t2497 = t585 * t2488 - t587 * t2491
+    t2501 = t566 * t2484 - t567 * t2491 - t569 * t2497
+    t2507 = t547 * t2478 - t549 * t2491 - t550 * t2497 - t551 * t2501
+    t2513 = t518 * t870 - t519 * t2491 - t520 * t2497 - t522 * t2501
+    t2525 = q_3 * t1212 + (c_4 * t1007 + s_4 * t928) - t520 * t928
+    t2529 = t1030 - t523 * t928
+    t2535 = t997 - a_4b_z - t522 * t928 - t551 * t2529
+    t2537 = t1550 - t1397 - t1421 - t519 * t928 - t549 * t2529 - t567 * t2535
+    t2539 = t2525 - t550 * t2529 - t569 * t2535
+    t2542 = t650 * (t2537 - t587 * t2539)
+    t2548 = t585 * t2539 - t587 * t2542
+    t2552 = t566 * t2535 - t567 * t2542 - t569 * t2548
+    t2558 = t547 * t2529 - t549 * t2542 - t550 * t2548 - t551 * t2552
+    t2564 = t518 * t928 - t519 * t2542 - t520 * t2548 - t522 * t2552
+    t2576 = q_3 * t1109 + (c_4 * t1008 + s_4 * t930) - t520 * t930
+    t2580 = t1031 - t523 * t930
+    t2586 = t998 - t522 * t930 - t551 * t2580
+    t2590 = t2576 - t550 * t2580 - t569 * t2586
+    t2592 = t1440 - t519 * t930 - t549 * t2580 - t567 * t2586 - t587 * t2590
+    t2593 = t650 * t2592
+    t2599 = t585 * t2590 - t587 * t2593
+    t2603 = t566 * t2586 - t567 * t2593 - t569 * t2599
+    t2609 = t547 * t2580 - t549 * t2593 - t550 * t2599 - t551 * t2603
+    t2615 = t518 * t930 - t519 * t2593 - t520 * t2599 - t522 * t2603
+    t2625 = c_2 * t1046 - s_2 * (s_4 * t1021 - c_4 * t975) - w_6_xy * t508
+    t2633 = -(c_4 * t1021 + s_4 * t975) - w_6_xy * t510 - t520 * t1560
+    t2637 = t1046 - w_6_xy * t511 - t523 * t1560
+    t2643 = -(t521 * t975) - t551 * t2637
+    t2647 = t2633 - t550 * t2637 - t569 * t2643
+    t2649 = t2625 - t519 * t1560 - t549 * t2637 - t567 * t2643 - t587 * t2647
+    t2650 = t650 * t2649
+    t2657 = t585 * t2647 - t587 * t2650
+    t2661 = t566 * t2643 - t567 * t2650 - t569 * t2657
+    t2667 = t547 * t2637 - t549 * t2650 - t550 * t2657 - t551 * t2661
+    t2673 = t518 * t1560 - t519 * t2650 - t520 * t2657 - t522 * t2661
+    t2681 = w_6_xy * t507 - t508 * t2650 - t510 * t2657 - t511 * t2667
+    t2691 = c_4 * t1020 - s_4 * t973 - w_6_xy * t509 - t520 * t1562
+    t2695 = t1039 - t1028 - t511 * t949 - t523 * t1562
+    t2701 = -(t521 * t973) - t551 * t2695
+    t2703 = t1414 - t508 * t949 - t519 * t1562 - t549 * t2695 - t567 * t2701
+    t2705 = t2691 - t550 * t2695 - t569 * t2701
+    t2708 = t650 * (t2703 - t587 * t2705)
+    t2715 = t585 * t2705 - t587 * t2708
+    t2719 = t566 * t2701 - t567 * t2708 - t569 * t2715
+    t2725 = t547 * t2695 - t549 * t2708 - t550 * t2715 - t551 * t2719
+    t2731 = t518 * t1562 - t519 * t2708 - t520 * t2715 - t522 * t2719
+    t2739 = t507 * t949 - t508 * t2708 - t510 * t2715 - t511 * t2725
+    t2741 = s_2 * (s_4 * t1022 - c_4 * t971) - c_2 * t1047 - t508 * t968
+    t2749 = c_4 * t1022 + s_4 * t971 - t509 * t967 - t520 * t971
+    t2753 = -t1047 - t511 * t968 - t523 * t971
+    t2759 = -(t522 * t971) - t551 * t2753
+    t2763 = t2749 - t550 * t2753 - t569 * t2759
+    t2765 = t2741 - t519 * t971 - t549 * t2753 - t567 * t2759 - t587 * t2763
+    t2766 = t650 * t2765
+    t2773 = t585 * t2763 - t587 * t2766
+    t2777 = t566 * t2759 - t567 * t2766 - t569 * t2773
+    t2783 = t547 * t2753 - t549 * t2766 - t550 * t2773 - t551 * t2777
+    t2789 = t518 * t971 - t519 * t2766 - t520 * t2773 - t522 * t2777
+    t2797 = t507 * t968 - t508 * t2766 - t510 * t2773 - t511 * t2783
+    t2799 = t650 * -t1885
+    t2801 = t1888 - t587 * t2799
+    t2805 = -(t567 * t2799) - t569 * t2801
+    t2811 = -(t549 * t2799) - t550 * t2801 - t551 * t2805
+    t2819 = -(t519 * t2799) - t520 * t2801 - t522 * t2805 - t523 * t2811
+    t2828 = t568 * t662
+    t2832 = t650 * (-(t567 * t1564) - t586 * t2828)
+    t2836 = t585 * -t2828 - t587 * t2832
+    t2840 = t566 * t1564 - t567 * t2832 - t569 * t2836
+    t2846 = -(t549 * t2832) - t550 * t2836 - t551 * t2840
+    t2854 = -(t519 * t2832) - t520 * t2836 - t522 * t2840 - t523 * t2846
+    t2865 = t551 * t668
+    t2866 = -t2865
+    t2870 = -(t550 * t668) - t568 * t2865
+    t2873 = t650 * (-(t549 * t668) - t567 * t2866 - t587 * t2870)
+    t2878 = t585 * t2870 - t587 * t2873
+    t2882 = t566 * t2866 - t567 * t2873 - t569 * t2878
+    t2888 = t547 * t668 - t549 * t2873 - t550 * t2878 - t551 * t2882
+    t2896 = -(t519 * t2873) - t520 * t2878 - t522 * t2882 - t523 * t2888
+    t2909 = t523 * t868
+    t2910 = -t2909
+    t2916 = -(t521 * t867) - t551 * t2910
+    t2920 = -(t520 * t868) - t550 * t2910 - t569 * t2916
+    t2922 = -(t519 * t868) - t548 * t2909 - t567 * t2916 - t587 * t2920
+    t2923 = t650 * t2922
+    t2929 = t585 * t2920 - t587 * t2923
+    t2933 = t566 * t2916 - t567 * t2923 - t569 * t2929
+    t2939 = t547 * t2910 - t549 * t2923 - t550 * t2929 - t551 * t2933
+    t2945 = t518 * t868 - t519 * t2923 - t520 * t2929 - t522 * t2933
+    t2958 = t511 * t1566
+    t2959 = -t2958
+    t2964 = t551 * t2959
+    t2965 = -t2964
+    t2969 = -(t509 * t1565) - t550 * t2959 - t568 * t2964
+    t2971 = -(t508 * t1566) - t548 * t2958 - t567 * t2965 - t587 * t2969
+    t2972 = t650 * t2971
+    t2978 = t585 * t2969 - t587 * t2972
+    t2982 = t566 * t2965 - t567 * t2972 - t569 * t2978
+    t2988 = t547 * t2959 - t549 * t2972 - t550 * t2978 - t551 * t2982
+    t2996 = -(t519 * t2972) - t520 * t2978 - t522 * t2982 - t523 * t2988
+    t3002 = t507 * t1566 - t508 * t2972 - t510 * t2978 - t511 * t2988
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -16383,258 +20367,1472 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[249 * S + k] = 0.0
     out[250 * S + k] = 0.0
     out[251 * S + k] = 0.0
-    out[252 * S + k] = t1521
+    out[252 * S + k] = t1587
     out[253 * S + k] = 0.0
-    out[254 * S + k] = -t1582
-    out[255 * S + k] = -t1641
-    out[256 * S + k] = -t1672
+    out[254 * S + k] = t1638
+    out[255 * S + k] = t1689
+    out[256 * S + k] = t1720
     out[257 * S + k] = 0.0
-    out[258 * S + k] = t1699
+    out[258 * S + k] = t1747
     out[259 * S + k] = 0.0
-    out[260 * S + k] = t1723
+    out[260 * S + k] = t1774
     out[261 * S + k] = 0.0
-    out[262 * S + k] = -t1748
-    out[263 * S + k] = -t1774
-    out[264 * S + k] = t1805
-    out[265 * S + k] = t1833
-    out[266 * S + k] = t1864
-    out[267 * S + k] = -t1903
-    out[268 * S + k] = t1945
-    out[269 * S + k] = t1833
-    out[270 * S + k] = t1805
-    out[271 * S + k] = t1864
-    out[272 * S + k] = -t1994
-    out[273 * S + k] = -t2046
-    out[274 * S + k] = -t2093
-    out[275 * S + k] = -t2138
-    out[276 * S + k] = -t2183
-    out[277 * S + k] = t2221
-    out[278 * S + k] = -t2272
-    out[279 * S + k] = -t2329
-    out[280 * S + k] = t2386
-    out[281 * S + k] = -t2439
-    out[282 * S + k] = t2492
-    out[283 * S + k] = -t2548
-    out[284 * S + k] = t2604
-    out[285 * S + k] = t2661
-    out[286 * S + k] = -t2718
-    out[287 * S + k] = -t2778
-    out[288 * S + k] = t1723
-    out[289 * S + k] = -t2813
-    out[290 * S + k] = t2844
-    out[291 * S + k] = -t2882
-    out[292 * S + k] = t2929
-    out[293 * S + k] = t2974
-    out[294 * S + k] = t1526 - t1522
+    out[262 * S + k] = t1801
+    out[263 * S + k] = t1828
+    out[264 * S + k] = t1857
+    out[265 * S + k] = t1887
+    out[266 * S + k] = t1917
+    out[267 * S + k] = t1951
+    out[268 * S + k] = t1986
+    out[269 * S + k] = t1887
+    out[270 * S + k] = t1857
+    out[271 * S + k] = t1917
+    out[272 * S + k] = t2027
+    out[273 * S + k] = t2069
+    out[274 * S + k] = t2111
+    out[275 * S + k] = t2153
+    out[276 * S + k] = t2195
+    out[277 * S + k] = t2237
+    out[278 * S + k] = t2287
+    out[279 * S + k] = t2338
+    out[280 * S + k] = t2389
+    out[281 * S + k] = t2440
+    out[282 * S + k] = t2491
+    out[283 * S + k] = t2542
+    out[284 * S + k] = t2593
+    out[285 * S + k] = t2650
+    out[286 * S + k] = t2708
+    out[287 * S + k] = t2766
+    out[288 * S + k] = t1774
+    out[289 * S + k] = t2799
+    out[290 * S + k] = t2832
+    out[291 * S + k] = t2873
+    out[292 * S + k] = t2923
+    out[293 * S + k] = t2972
+    out[294 * S + k] = t1593
     out[295 * S + k] = 0.0
-    out[296 * S + k] = -t1589
-    out[297 * S + k] = t1648
-    out[298 * S + k] = -t1674
+    out[296 * S + k] = t1644
+    out[297 * S + k] = t1695
+    out[298 * S + k] = t1722
     out[299 * S + k] = 0.0
-    out[300 * S + k] = t1700
+    out[300 * S + k] = t1749
     out[301 * S + k] = 0.0
-    out[302 * S + k] = t1725
+    out[302 * S + k] = t1776
     out[303 * S + k] = 0.0
-    out[304 * S + k] = -t1750
-    out[305 * S + k] = -t1776
-    out[306 * S + k] = t1808
-    out[307 * S + k] = t1837
-    out[308 * S + k] = t1867
-    out[309 * S + k] = -t1908
-    out[310 * S + k] = t1948 - t1946
-    out[311 * S + k] = t1837
-    out[312 * S + k] = t1808
-    out[313 * S + k] = t1867
-    out[314 * S + k] = -t2000
-    out[315 * S + k] = -t2052
-    out[316 * S + k] = t2099
-    out[317 * S + k] = t2144
-    out[318 * S + k] = -t2189
-    out[319 * S + k] = t2224
-    out[320 * S + k] = t2279
-    out[321 * S + k] = t2336
-    out[322 * S + k] = t2391 - t2387
+    out[304 * S + k] = t1803
+    out[305 * S + k] = t1830
+    out[306 * S + k] = t1860
+    out[307 * S + k] = t1890
+    out[308 * S + k] = t1920
+    out[309 * S + k] = t1955
+    out[310 * S + k] = t1990
+    out[311 * S + k] = t1890
+    out[312 * S + k] = t1860
+    out[313 * S + k] = t1920
+    out[314 * S + k] = t2032
+    out[315 * S + k] = t2074
+    out[316 * S + k] = t2116
+    out[317 * S + k] = t2158
+    out[318 * S + k] = t2200
+    out[319 * S + k] = t2242
+    out[320 * S + k] = t2293
+    out[321 * S + k] = t2344
+    out[322 * S + k] = t2395
     out[323 * S + k] = t2446
-    out[324 * S + k] = t2498
-    out[325 * S + k] = t2555
-    out[326 * S + k] = t2610
-    out[327 * S + k] = t2667 - t2662
-    out[328 * S + k] = t2725
-    out[329 * S + k] = t2786
-    out[330 * S + k] = t1725
-    out[331 * S + k] = -t2816
-    out[332 * S + k] = t2847 - t2845
-    out[333 * S + k] = t2888
-    out[334 * S + k] = t2935
-    out[335 * S + k] = t2979 - t2975
-    out[336 * S + k] = -t1532
+    out[324 * S + k] = t2497
+    out[325 * S + k] = t2548
+    out[326 * S + k] = t2599
+    out[327 * S + k] = t2657
+    out[328 * S + k] = t2715
+    out[329 * S + k] = t2773
+    out[330 * S + k] = t1776
+    out[331 * S + k] = t2801
+    out[332 * S + k] = t2836
+    out[333 * S + k] = t2878
+    out[334 * S + k] = t2929
+    out[335 * S + k] = t2978
+    out[336 * S + k] = t1597
     out[337 * S + k] = 0.0
-    out[338 * S + k] = t1594
-    out[339 * S + k] = t1652
-    out[340 * S + k] = t1678
+    out[338 * S + k] = t1648
+    out[339 * S + k] = t1699
+    out[340 * S + k] = t1726
     out[341 * S + k] = 0.0
-    out[342 * S + k] = t1702 - t1701
+    out[342 * S + k] = t1753
     out[343 * S + k] = 0.0
-    out[344 * S + k] = t1728
+    out[344 * S + k] = t1780
     out[345 * S + k] = 0.0
-    out[346 * S + k] = t1754
-    out[347 * S + k] = t1780
-    out[348 * S + k] = t1811
-    out[349 * S + k] = t1841
-    out[350 * S + k] = t1870
-    out[351 * S + k] = -t1913
-    out[352 * S + k] = t1954
-    out[353 * S + k] = t1841
-    out[354 * S + k] = t1811
-    out[355 * S + k] = t1870
-    out[356 * S + k] = -t2005
-    out[357 * S + k] = -t2057
-    out[358 * S + k] = t2101 - t2102
-    out[359 * S + k] = t2146 - t2147
-    out[360 * S + k] = -t2194
-    out[361 * S + k] = t2228
-    out[362 * S + k] = t2281 - t2282
-    out[363 * S + k] = t2338 - t2339
-    out[364 * S + k] = t2397
+    out[346 * S + k] = t1807
+    out[347 * S + k] = t1834
+    out[348 * S + k] = t1864
+    out[349 * S + k] = t1894
+    out[350 * S + k] = t1924
+    out[351 * S + k] = t1959
+    out[352 * S + k] = t1994
+    out[353 * S + k] = t1894
+    out[354 * S + k] = t1864
+    out[355 * S + k] = t1924
+    out[356 * S + k] = t2036
+    out[357 * S + k] = t2078
+    out[358 * S + k] = t2120
+    out[359 * S + k] = t2162
+    out[360 * S + k] = t2204
+    out[361 * S + k] = t2246
+    out[362 * S + k] = t2297
+    out[363 * S + k] = t2348
+    out[364 * S + k] = t2399
     out[365 * S + k] = t2450
-    out[366 * S + k] = t2500 - t2501
-    out[367 * S + k] = t2557 - t2558
-    out[368 * S + k] = t2614
-    out[369 * S + k] = t2673
-    out[370 * S + k] = t2729
-    out[371 * S + k] = t2788 - t2789
-    out[372 * S + k] = t1728
-    out[373 * S + k] = t2820
-    out[374 * S + k] = -t2853
-    out[375 * S + k] = t2890 - t2891
-    out[376 * S + k] = t2937 - t2938
-    out[377 * S + k] = t2985
-    out[378 * S + k] = -t1539
+    out[366 * S + k] = t2501
+    out[367 * S + k] = t2552
+    out[368 * S + k] = t2603
+    out[369 * S + k] = t2661
+    out[370 * S + k] = t2719
+    out[371 * S + k] = t2777
+    out[372 * S + k] = t1780
+    out[373 * S + k] = t2805
+    out[374 * S + k] = t2840
+    out[375 * S + k] = t2882
+    out[376 * S + k] = t2933
+    out[377 * S + k] = t2982
+    out[378 * S + k] = t1603
     out[379 * S + k] = 0.0
-    out[380 * S + k] = t1597 - t1599
-    out[381 * S + k] = t1658
-    out[382 * S + k] = t1681 - t1682
+    out[380 * S + k] = t1654
+    out[381 * S + k] = t1705
+    out[382 * S + k] = t1732
     out[383 * S + k] = 0.0
-    out[384 * S + k] = t1709
+    out[384 * S + k] = t1759
     out[385 * S + k] = 0.0
-    out[386 * S + k] = t1734
+    out[386 * S + k] = t1786
     out[387 * S + k] = 0.0
-    out[388 * S + k] = t1757 - t1758
-    out[389 * S + k] = t1783 - t1784
-    out[390 * S + k] = t1817
-    out[391 * S + k] = t1846
-    out[392 * S + k] = t1876
-    out[393 * S + k] = -t1919
-    out[394 * S + k] = t1959
-    out[395 * S + k] = t1846
-    out[396 * S + k] = t1817
-    out[397 * S + k] = t1876
-    out[398 * S + k] = -t2012
-    out[399 * S + k] = t2064
-    out[400 * S + k] = -t2110
-    out[401 * S + k] = -t2155
-    out[402 * S + k] = -t2201
-    out[403 * S + k] = t2234
-    out[404 * S + k] = -t2290
-    out[405 * S + k] = -t2347
-    out[406 * S + k] = t2403
-    out[407 * S + k] = t2453 - t2455
-    out[408 * S + k] = t2509
-    out[409 * S + k] = t2566
-    out[410 * S + k] = t2620
-    out[411 * S + k] = t2679
-    out[412 * S + k] = t2732 - t2734
-    out[413 * S + k] = -t2797
-    out[414 * S + k] = t1734
-    out[415 * S + k] = t2823 - t2824
-    out[416 * S + k] = t2859
-    out[417 * S + k] = -t2899
-    out[418 * S + k] = t2946
-    out[419 * S + k] = t2991
-    out[420 * S + k] = t1547 - t543 * t1539
+    out[388 * S + k] = t1813
+    out[389 * S + k] = t1840
+    out[390 * S + k] = t1870
+    out[391 * S + k] = t1900
+    out[392 * S + k] = t1930
+    out[393 * S + k] = t1965
+    out[394 * S + k] = t2000
+    out[395 * S + k] = t1900
+    out[396 * S + k] = t1870
+    out[397 * S + k] = t1930
+    out[398 * S + k] = t2042
+    out[399 * S + k] = t2084
+    out[400 * S + k] = t2126
+    out[401 * S + k] = t2168
+    out[402 * S + k] = t2210
+    out[403 * S + k] = t2252
+    out[404 * S + k] = t2303
+    out[405 * S + k] = t2354
+    out[406 * S + k] = t2405
+    out[407 * S + k] = t2456
+    out[408 * S + k] = t2507
+    out[409 * S + k] = t2558
+    out[410 * S + k] = t2609
+    out[411 * S + k] = t2667
+    out[412 * S + k] = t2725
+    out[413 * S + k] = t2783
+    out[414 * S + k] = t1786
+    out[415 * S + k] = t2811
+    out[416 * S + k] = t2846
+    out[417 * S + k] = t2888
+    out[418 * S + k] = t2939
+    out[419 * S + k] = t2988
+    out[420 * S + k] = t1609 - t523 * t1603
     out[421 * S + k] = 0.0
-    out[422 * S + k] = t1608 - t543 * t1600
-    out[423 * S + k] = t543 * t1658 + t1665
-    out[424 * S + k] = -t1691
+    out[422 * S + k] = t1660 - t523 * t1654
+    out[423 * S + k] = t1711 - t523 * t1705
+    out[424 * S + k] = t1740
     out[425 * S + k] = 0.0
-    out[426 * S + k] = t1716
+    out[426 * S + k] = t1767
     out[427 * S + k] = 0.0
-    out[428 * S + k] = t1742
+    out[428 * S + k] = t1794
     out[429 * S + k] = 0.0
-    out[430 * S + k] = -t1767
-    out[431 * S + k] = -t1793
-    out[432 * S + k] = t1824
-    out[433 * S + k] = t1853
-    out[434 * S + k] = t1884
-    out[435 * S + k] = t1927
-    out[436 * S + k] = t1966
-    out[437 * S + k] = t1853
-    out[438 * S + k] = t1824
-    out[439 * S + k] = t1884
-    out[440 * S + k] = t2020
-    out[441 * S + k] = t2071
-    out[442 * S + k] = t2118
-    out[443 * S + k] = t2163
-    out[444 * S + k] = t2209
-    out[445 * S + k] = t2241
-    out[446 * S + k] = t2298 - t543 * t2290
-    out[447 * S + k] = t2355 - t543 * t2347
-    out[448 * S + k] = t543 * t2403 + t2410
-    out[449 * S + k] = t2464 - t543 * t2456
-    out[450 * S + k] = t543 * t2509 + t2516
-    out[451 * S + k] = t543 * t2566 + t2573
-    out[452 * S + k] = t543 * t2620 + t2627
-    out[453 * S + k] = t543 * t2679 + t2686
-    out[454 * S + k] = t2743 - t543 * t2735
-    out[455 * S + k] = t2805 - t543 * t2797
-    out[456 * S + k] = t1742
-    out[457 * S + k] = -t2833
-    out[458 * S + k] = t2866
-    out[459 * S + k] = t2907
-    out[460 * S + k] = t543 * t2946 + t2953
-    out[461 * S + k] = t2998
-    out[462 * S + k] = t532 * t1539 - t530 * t1521 - t531 * t1527
+    out[430 * S + k] = t1821
+    out[431 * S + k] = t1848
+    out[432 * S + k] = t1878
+    out[433 * S + k] = t1908
+    out[434 * S + k] = t1938
+    out[435 * S + k] = t1973
+    out[436 * S + k] = t2008
+    out[437 * S + k] = t1908
+    out[438 * S + k] = t1878
+    out[439 * S + k] = t1938
+    out[440 * S + k] = t2050
+    out[441 * S + k] = t2092
+    out[442 * S + k] = t2134
+    out[443 * S + k] = t2176
+    out[444 * S + k] = t2218
+    out[445 * S + k] = t2260
+    out[446 * S + k] = t2309 - t523 * t2303
+    out[447 * S + k] = t2360 - t523 * t2354
+    out[448 * S + k] = t2411 - t523 * t2405
+    out[449 * S + k] = t2462 - t523 * t2456
+    out[450 * S + k] = t2513 - t523 * t2507
+    out[451 * S + k] = t2564 - t523 * t2558
+    out[452 * S + k] = t2615 - t523 * t2609
+    out[453 * S + k] = t2673 - t523 * t2667
+    out[454 * S + k] = t2731 - t523 * t2725
+    out[455 * S + k] = t2789 - t523 * t2783
+    out[456 * S + k] = t1794
+    out[457 * S + k] = t2819
+    out[458 * S + k] = t2854
+    out[459 * S + k] = t2896
+    out[460 * S + k] = t2945 - t523 * t2939
+    out[461 * S + k] = t2996
+    out[462 * S + k] = -(t508 * t1587) - t510 * t1593 - t511 * t1603
     out[463 * S + k] = 0.0
-    out[464 * S + k] = t532 * t1600 + (t530 * t1582 - t531 * t1589)
-    out[465 * S + k] = t530 * t1641 + t531 * t1648 - t532 * t1658
-    out[466 * S + k] = t532 * t1683 + (t530 * t1672 - t531 * t1674)
+    out[464 * S + k] = -(t508 * t1638) - t510 * t1644 - t511 * t1654
+    out[465 * S + k] = -(t508 * t1689) - t510 * t1695 - t511 * t1705
+    out[466 * S + k] = -(t508 * t1720) - t509 * t1721 - t511 * t1732
     out[467 * S + k] = 0.0
-    out[468 * S + k] = t531 * t1700 - t530 * t1699 - t532 * t1709
+    out[468 * S + k] = -(t508 * t1747) - t509 * t1748 - t511 * t1759
     out[469 * S + k] = 0.0
-    out[470 * S + k] = t1747
+    out[470 * S + k] = t1800
     out[471 * S + k] = 0.0
-    out[472 * S + k] = t532 * t1759 + (t530 * t1748 - t531 * t1750)
-    out[473 * S + k] = t532 * t1785 + (t530 * t1774 - t531 * t1776)
-    out[474 * S + k] = t1829
-    out[475 * S + k] = t1859
-    out[476 * S + k] = t1889
-    out[477 * S + k] = t532 * t1919 + (t530 * t1903 - t531 * t1908)
-    out[478 * S + k] = -(t532 * t1959 + (t530 * t1945 + t531 * t1949))
-    out[479 * S + k] = t1859
-    out[480 * S + k] = t1829
-    out[481 * S + k] = t1889
-    out[482 * S + k] = t532 * t2012 + (t530 * t1994 - t531 * t2000)
-    out[483 * S + k] = t530 * t2046 - t531 * t2052 - t532 * t2064
-    out[484 * S + k] = t532 * t2110 + (t530 * t2093 + t531 * t2099)
-    out[485 * S + k] = t532 * t2155 + (t530 * t2138 + t531 * t2144)
-    out[486 * S + k] = t532 * t2201 + (t530 * t2183 - t531 * t2189)
-    out[487 * S + k] = t531 * t2224 - t530 * t2221 - t532 * t2234
-    out[488 * S + k] = t532 * t2290 + (t530 * t2272 + t531 * t2279)
-    out[489 * S + k] = t532 * t2347 + (t530 * t2329 + t531 * t2336)
-    out[490 * S + k] = -(t532 * t2403 + (t530 * t2386 + t531 * t2392))
-    out[491 * S + k] = t532 * t2456 + (t530 * t2439 + t531 * t2446)
-    out[492 * S + k] = t531 * t2498 - t530 * t2492 - t532 * t2509
-    out[493 * S + k] = t530 * t2548 + t531 * t2555 - t532 * t2566
-    out[494 * S + k] = t531 * t2610 - t530 * t2604 - t532 * t2620
-    out[495 * S + k] = t2666 - t530 * t2661 - t531 * t2668 - t532 * t2679
-    out[496 * S + k] = t2750
-    out[497 * S + k] = t2812
-    out[498 * S + k] = t1747
-    out[499 * S + k] = t532 * t2825 + (t530 * t2813 - t531 * t2816)
-    out[500 * S + k] = -(t532 * t2859 + (t530 * t2844 + t531 * t2848))
-    out[501 * S + k] = t532 * t2899 + (t530 * t2882 + t531 * t2888)
-    out[502 * S + k] = t531 * t2935 - t530 * t2929 - t532 * t2946
-    out[503 * S + k] = -t3004
+    out[472 * S + k] = -(t508 * t1801) - t509 * t1802 - t511 * t1813
+    out[473 * S + k] = -(t508 * t1828) - t509 * t1829 - t511 * t1840
+    out[474 * S + k] = t1884
+    out[475 * S + k] = t1914
+    out[476 * S + k] = t1944
+    out[477 * S + k] = -(t508 * t1951) - t510 * t1955 - t511 * t1965
+    out[478 * S + k] = -(t508 * t1986) - t510 * t1990 - t511 * t2000
+    out[479 * S + k] = t1914
+    out[480 * S + k] = t1884
+    out[481 * S + k] = t1944
+    out[482 * S + k] = -(t508 * t2027) - t510 * t2032 - t511 * t2042
+    out[483 * S + k] = -(t508 * t2069) - t510 * t2074 - t511 * t2084
+    out[484 * S + k] = -(t508 * t2111) - t510 * t2116 - t511 * t2126
+    out[485 * S + k] = -(t508 * t2153) - t510 * t2158 - t511 * t2168
+    out[486 * S + k] = -(t508 * t2195) - t510 * t2200 - t511 * t2210
+    out[487 * S + k] = -(t508 * t2237) - t510 * t2242 - t511 * t2252
+    out[488 * S + k] = -(t508 * t2287) - t510 * t2293 - t511 * t2303
+    out[489 * S + k] = -(t508 * t2338) - t510 * t2344 - t511 * t2354
+    out[490 * S + k] = -(t508 * t2389) - t510 * t2395 - t511 * t2405
+    out[491 * S + k] = -(t508 * t2440) - t510 * t2446 - t511 * t2456
+    out[492 * S + k] = -(t508 * t2491) - t510 * t2497 - t511 * t2507
+    out[493 * S + k] = -(t508 * t2542) - t510 * t2548 - t511 * t2558
+    out[494 * S + k] = -(t508 * t2593) - t510 * t2599 - t511 * t2609
+    out[495 * S + k] = t2681
+    out[496 * S + k] = t2739
+    out[497 * S + k] = t2797
+    out[498 * S + k] = t1800
+    out[499 * S + k] = -(t508 * t2799) - t510 * t2801 - t511 * t2811
+    out[500 * S + k] = -(t508 * t2832) - t510 * t2836 - t511 * t2846
+    out[501 * S + k] = -(t508 * t2873) - t510 * t2878 - t511 * t2888
+    out[502 * S + k] = -(t508 * t2923) - t510 * t2929 - t511 * t2939
+    out[503 * S + k] = t3002
+
+
+_state_derivative_parameter_jacobian_p_columns = _columns(252, 42, (0, 0, 0, 0, 0, 33), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    q_3 = x[2 * S + k]
+    q_4 = x[3 * S + k]
+    q_5 = x[4 * S + k]
+    q_6 = x[5 * S + k]
+    qd_1 = x[6 * S + k]
+    qd_2 = x[7 * S + k]
+    qd_3 = x[8 * S + k]
+    qd_4 = x[9 * S + k]
+    qd_5 = x[10 * S + k]
+    qd_6 = x[11 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    u_3 = u[2 * S + k]
+    u_4 = u[3 * S + k]
+    u_5 = u[4 * S + k]
+    u_6 = u[5 * S + k]
+    p_g = p[0]
+    p_shoulder_tilt_dh_d = p[2]
+    p_boom_dh_a = p[3]
+    p_shoulder_pan_mass = p[4]
+    p_shoulder_pan_com_z = p[6]
+    p_shoulder_pan_inertia_yy = p[8]
+    p_shoulder_tilt_mass = p[10]
+    p_shoulder_tilt_com_y = p[11]
+    p_shoulder_tilt_inertia_xx = p[12]
+    p_shoulder_tilt_inertia_yy = p[13]
+    p_shoulder_tilt_inertia_zz = p[14]
+    p_boom_mass = p[15]
+    p_boom_com_z = p[16]
+    p_boom_inertia_xx = p[17]
+    p_boom_inertia_yy = p[18]
+    p_boom_inertia_zz = p[19]
+    p_wrist_roll_mass = p[20]
+    p_wrist_roll_com_y = p[21]
+    p_wrist_roll_com_z = p[22]
+    p_wrist_roll_inertia_xx = p[23]
+    p_wrist_roll_inertia_yy = p[24]
+    p_wrist_roll_inertia_zz = p[25]
+    p_wrist_bend_mass = p[26]
+    p_wrist_bend_com_y = p[27]
+    p_wrist_bend_com_z = p[28]
+    p_wrist_bend_inertia_xx = p[29]
+    p_wrist_bend_inertia_yy = p[30]
+    p_hand_mass = p[31]
+    p_hand_com_z = p[32]
+    p_hand_inertia_xx = p[33]
+    p_hand_inertia_yy = p[34]
+    p_hand_inertia_zz = p[35]
+    p_shoulder_pan_added_inertia_inertia = p[36]
+    p_shoulder_tilt_added_inertia_inertia = p[37]
+    p_boom_added_inertia_inertia = p[38]
+    p_wrist_roll_added_inertia_inertia = p[39]
+    p_wrist_bend_added_inertia_inertia = p[40]
+    p_hand_added_inertia_inertia = p[41]
+    s_2, c_2, s_4, c_4, s_5, c_5, s_6, c_6 = turns((q_2, q_4, q_5, q_6,))
+    # link 6 (hand): base parameters
+    t51 = p_hand_inertia_xx * 0.5
+    t52 = p_hand_inertia_zz * 0.5
+    t53 = p_hand_inertia_yy * 0.5
+    J_6_xx = t52 + t53 - t51
+    t56 = t53 - t52
+    J_6_yy = t51 - t56
+    t58 = p_hand_com_z * p_hand_com_z
+    J_6_z1 = p_hand_mass * p_hand_com_z
+    # link 5 (wrist_bend): base parameters
+    t61 = p_wrist_bend_inertia_xx * 0.5
+    t62 = p_wrist_bend_inertia_yy * 0.5
+    t63 = t62 - t61
+    t64 = p_wrist_bend_com_z * p_wrist_bend_com_z
+    t70 = p_wrist_bend_mass * t64 + (p_hand_mass * t58 + (t56 + (t51 + (t61 + t62))))
+    t71 = p_wrist_bend_com_y * p_wrist_bend_com_z
+    t72 = p_wrist_bend_mass * t71
+    t73 = p_wrist_bend_mass * p_wrist_bend_com_z
+    t74 = J_6_z1 + t73
+    t75 = p_wrist_bend_com_y * p_wrist_bend_com_y
+    J_5_z1 = p_wrist_bend_mass * p_wrist_bend_com_y
+    # link 4 (wrist_roll): base parameters
+    t78 = p_wrist_roll_inertia_xx * 0.5
+    t79 = p_wrist_roll_inertia_yy * 0.5
+    t80 = t78 - t79
+    t81 = p_wrist_roll_inertia_zz * 0.5
+    J_4_xx = t81 - t80
+    t83 = p_wrist_roll_com_z * p_wrist_roll_com_z
+    t89 = t63 + t81 - p_wrist_bend_mass * t75 - t78 - t79 - p_wrist_roll_mass * t83
+    t90 = p_wrist_roll_com_y * p_wrist_roll_com_z
+    t91 = p_wrist_roll_mass * t90
+    t92 = p_wrist_roll_mass * p_wrist_roll_com_z
+    J_4_y1 = J_5_z1 + t92
+    t94 = p_wrist_roll_com_y * p_wrist_roll_com_y
+    t96 = p_wrist_roll_mass * p_wrist_roll_com_y
+    J_4_11 = p_hand_mass + (p_wrist_roll_mass + p_wrist_bend_mass)
+    # link 3 (boom): base parameters
+    t99 = p_boom_dh_a * p_boom_dh_a
+    t101 = p_boom_dh_a * p_boom_com_z
+    t103 = p_boom_dh_a * t96 - p_boom_mass * t101
+    t104 = p_boom_dh_a * p_boom_mass
+    J_3_x1 = t104 + p_boom_dh_a * J_4_11
+    t107 = p_boom_com_z * p_boom_com_z
+    t109 = p_boom_mass * p_boom_com_z
+    t110 = t96 - t109
+    J_3_11 = p_boom_mass + J_4_11
+    # link 2 (shoulder_tilt): base parameters
+    t113 = 0.5 * (p_shoulder_tilt_inertia_yy + p_boom_inertia_xx)
+    t115 = 0.5 * (p_shoulder_tilt_inertia_xx + p_boom_inertia_yy)
+    t117 = 0.5 * (p_shoulder_tilt_inertia_zz + p_boom_inertia_zz)
+    J_2_xx = t113 + (t117 - t115)
+    t120 = t117 - t113
+    t123 = p_boom_mass * t107 + (p_wrist_roll_mass * t94 + (t80 + t81))
+    t125 = t115 + (t123 - t120)
+    t126 = p_shoulder_tilt_com_y * p_shoulder_tilt_com_y
+    J_2_z1 = p_shoulder_tilt_mass * p_shoulder_tilt_com_y
+    # link 1 (shoulder_pan): base parameters
+    t130 = J_2_z1 + p_shoulder_tilt_dh_d * p_shoulder_tilt_mass
+    t131 = p_shoulder_pan_com_z * p_shoulder_pan_com_z
+    # link 6 (hand): composite body, before its turn
+    S_6_d = J_6_xx - J_6_yy
+    t134 = s_6 * S_6_d
+    S_6_a = s_6 * t134
+    S_6_b = c_6 * t134
+    # link 5 (wrist_bend): composite body
+    S_5_11 = J_6_xx + t63 - S_6_a
+    # link 5 (wrist_bend): composite body, before its turn
+    t140 = s_5 * (t70 - S_5_11)
+    t141 = s_5 * t140
+    t142 = c_5 * t140
+    S_5t_13 = s_5 * t72 + c_5 * S_6_b
+    S_5t_23 = s_5 * S_6_b - c_5 * t72
+    h_5t_x = s_5 * t74
+    y0_5_5_f_x = c_5 * t74
+    # link 4 (wrist_roll): composite body
+    S_4_11 = t141 + (J_4_xx + S_5_11)
+    S_4_22 = S_6_a + (J_6_yy - t89)
+    t155 = t91 + S_5t_23
+    # link 4 (wrist_roll): composite body, before its turn
+    ss_4 = s_4 * s_4
+    sc_4 = c_4 * s_4
+    S_4_d = S_4_11 - S_4_22
+    S_4_p = S_5t_13 * 2.0
+    S_4_a = ss_4 * S_4_d + sc_4 * S_4_p
+    t168 = s_4 * t155 + c_4 * t142
+    t173 = s_4 * J_4_y1 - c_4 * h_5t_x
+    h_4t_y = c_4 * J_4_y1 + s_4 * h_5t_x
+    # link 3 (boom): composite body
+    t177 = p_boom_dh_a * t173
+    S_3_12 = p_boom_dh_a * h_4t_y + (S_5t_13 + sc_4 * S_4_d - ss_4 * S_4_p)
+    h_3_x = J_3_x1 - t173
+    t184 = t110 - y0_5_5_f_x
+    # link 3 (boom): composite body, before its turn
+    t185 = q_3 * J_3_11
+    h_3b_y = t184 - t185
+    # link 2 (shoulder_tilt): composite body
+    S_2_11 = S_4_a + (J_2_xx + S_4_22)
+    y0_3_4_b_x = c_4 * t155 - s_4 * t142 - q_3 * h_4t_y
+    t196 = t70 + t125 - t141 - q_3 * (t184 + h_3b_y)
+    t200 = t103 - t168 - p_boom_dh_a * y0_5_5_f_x - q_3 * h_3_x
+    # link 2 (shoulder_tilt): composite body, before its turn
+    S_2_d = S_2_11 - t196
+    t209 = h_3_x - p_shoulder_tilt_dh_d * J_3_11
+    # link 2 (shoulder_tilt): effort with joint 2
+    t211 = p_shoulder_tilt_dh_d * (c_2 * h_3b_y + s_2 * h_4t_y)
+    # link 4 (wrist_roll): effort with joint 4
+    y0_4_4_n_z = S_4_11 + S_4_22
+    # link 2 (shoulder_tilt): effort with joint 4
+    t214 = s_2 * y0_3_4_b_x
+    # link 5 (wrist_bend): effort with joint 5
+    t215 = t70 + S_5_11
+    # link 4 (wrist_roll): effort with joint 5
+    y0_4_5_f_y = s_4 * y0_5_5_f_x
+    y0_4_5_b_z = S_5t_23 + p_boom_dh_a * y0_4_5_f_y
+    # link 3 (boom): effort with joint 5
+    t227 = s_4 * S_5t_13 - p_boom_dh_a * h_5t_x - c_4 * (t215 + q_3 * y0_5_5_f_x)
+    y0_3_5_b_z = q_3 * y0_4_5_f_y + (c_4 * S_5t_13 + s_4 * t215)
+    # link 2 (shoulder_tilt): effort with joint 5
+    y0_2_5_f_x = c_2 * y0_4_5_f_y - s_2 * h_5t_x
+    y0_2_5_b_z = c_2 * y0_4_5_b_z + s_2 * t227 - p_shoulder_tilt_dh_d * y0_2_5_f_x
+    # link 6 (hand): effort with joint 6
+    y0_6_6_n_z = J_6_xx + J_6_yy
+    # link 5 (wrist_bend): effort with joint 6
+    y0_5_6_n_x = s_5 * y0_6_6_n_z
+    t241 = c_5 * y0_6_6_n_z
+    # link 4 (wrist_roll): effort with joint 6
+    y0_4_6_n_x = c_4 * y0_5_6_n_x
+    # link 2 (shoulder_tilt): effort with joint 6
+    t244 = s_2 * s_4
+    t246 = c_2 * t241 - y0_5_6_n_x * t244
+    # link 1 (shoulder_pan): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (shoulder_tilt): angular velocity of link 1
+    t263 = s_2 * qd_1
+    t264 = c_2 * qd_1
+    # link 2 (shoulder_tilt): products of angular velocity
+    w_2_xy = t263 * t264
+    t269 = qd_2 * t263
+    t270 = qd_2 * t264
+    w_2_xx = t263 * t263
+    w_2_zz = qd_2 * qd_2
+    # link 2 (shoulder_tilt): acceleration field U
+    t273 = w_2_xx + w_2_zz
+    U_2_zy = t270 * -2.0
+    # link 2 (shoulder_tilt): Euler, inertial moment
+    t277 = w_1_zz - t273
+    N_2_z = w_2_xy * (J_2_xx - t125)
+    # link 3 (boom): acceleration of its frame
+    t287 = p_shoulder_tilt_dh_d * w_1_zz - 2.0 * (qd_3 * t263)
+    a_3_x = q_3 * U_2_zy + t287
+    t291 = s_2 * p_g - 2.0 * (qd_2 * qd_3)
+    t292 = q_3 * w_2_xy + t291
+    a_3_z = c_2 * p_g - q_3 * t273
+    # link 3 (boom): products of angular velocity
+    w_3_zz = t264 * t264
+    # link 3 (boom): acceleration field U
+    U_3_xx = w_2_zz - t273 - w_3_zz
+    # link 3 (boom): Newton, inertial force
+    t302 = t110 * t273
+    # link 4 (wrist_roll): angular velocity of link 3
+    t310 = s_4 * t263 + c_4 * qd_2
+    omega_4r_y = s_4 * qd_2 - c_4 * t263
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t316 = s_4 * w_2_xy - c_4 * U_2_zy
+    # link 4 (wrist_roll): acceleration of its joint
+    t319 = p_boom_dh_a * U_3_xx
+    a_4b_x = a_3_x + t319
+    # link 4 (wrist_roll): acceleration
+    t323 = s_4 * t292 - c_4 * a_4b_x
+    # link 4 (wrist_roll): angular velocity
+    omega_4_z = qd_4 + t264
+    # link 4 (wrist_roll): products of angular velocity
+    t328 = t310 * omega_4r_y
+    w_4_xy = -t328
+    t330 = t310 * omega_4_z
+    w_4_xx = t310 * t310
+    w_4_zz = omega_4_z * omega_4_z
+    # link 4 (wrist_roll): angular acceleration
+    t333 = t316 - t330
+    # link 4 (wrist_roll): acceleration field U
+    U_4_xy = t269 - t328
+    t335 = w_4_xx + w_4_zz
+    t339 = 2.0 * (omega_4r_y * omega_4_z)
+    U_4_zy = c_4 * w_2_xy + s_4 * U_2_zy + t339
+    # link 4 (wrist_roll): Newton, inertial force
+    F_4_x = J_4_y1 * U_4_xy
+    t342 = J_4_y1 * t335
+    F_4_z = J_4_y1 * U_4_zy
+    # link 4 (wrist_roll): Euler, inertial moment
+    t344 = t273 - t335
+    # link 5 (wrist_bend): angular velocity of link 4
+    t358 = s_5 * omega_4_z + c_5 * t310
+    omega_5r_y = s_5 * t310 - c_5 * omega_4_z
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t364 = s_5 * U_4_zy - c_5 * U_4_xy
+    # link 5 (wrist_bend): angular velocity
+    omega_5_z = qd_5 + omega_4r_y
+    # link 5 (wrist_bend): products of angular velocity
+    t371 = t358 * omega_5r_y
+    w_5_xy = -t371
+    t373 = t358 * omega_5_z
+    w_5_xx = t358 * t358
+    w_5_zz = omega_5_z * omega_5_z
+    # link 5 (wrist_bend): acceleration field U
+    U_5_xy = t333 - t371
+    t377 = w_5_xx + w_5_zz
+    U_5_zx = t364 - 2.0 * t373
+    t382 = 2.0 * (omega_5r_y * omega_5_z)
+    U_5_zy = c_5 * U_4_zy + s_5 * U_4_xy + t382
+    # link 5 (wrist_bend): Newton, inertial force
+    t384 = t74 * U_5_xy
+    F_5_y = t74 * t377
+    # link 5 (wrist_bend): Euler, inertial moment
+    t387 = t335 - t377
+    # link 6 (hand): angular velocity of link 5
+    omega_6r_x = s_6 * omega_5_z - c_6 * t358
+    omega_6r_y = s_6 * t358 + c_6 * omega_5_z
+    # link 6 (hand): angular velocity
+    omega_6_z = qd_6 - omega_5r_y
+    # link 6 (hand): products of angular velocity
+    w_6_xy = omega_6r_x * omega_6r_y
+    # link 6 (hand): angular acceleration
+    alpha_6_z = t364 - t373
+    # link 6 (hand): acceleration field U
+    t414 = 2.0 * (omega_6r_x * omega_6_z)
+    U_6_zx = s_6 * U_5_zy + c_6 * U_5_xy + t414
+    t418 = 2.0 * (omega_6r_y * omega_6_z)
+    U_6_zy = c_6 * U_5_zy - s_6 * U_5_xy + t418
+    # link 6 (hand): Euler, inertial moment
+    N_6_x = J_6_yy * U_6_zy
+    t421 = J_6_xx * U_6_zx
+    N_6_z = S_6_d * w_6_xy + y0_6_6_n_z * alpha_6_z
+    # link 5 (wrist_bend): moment from link 4
+    t430 = t74 * (c_4 * t292 + s_4 * a_4b_x) + (t72 * t387 + t70 * U_5_zy)
+    n_5_x = c_6 * N_6_x + (s_6 * t421 + t430)
+    t434 = N_6_z + (t72 * U_5_xy + t63 * U_5_zx)
+    t436 = t333 * (t63 + t70) + (t72 * t364 + t74 * (s_5 * a_3_z + c_5 * t323))
+    t439 = c_6 * t421 + (t371 * (t63 - t70) + t436) - s_6 * N_6_x
+    # link 5 (wrist_bend): force, before its turn
+    t440 = s_5 * F_5_y
+    t442 = c_5 * F_5_y
+    # link 4 (wrist_roll): force from link 3
+    f_4_x = F_4_x - t440 - c_5 * t384
+    t450 = t342 + t74 * U_5_zy
+    f_4_z = s_5 * t384 + (F_4_z - t442)
+    # link 4 (wrist_roll): moment from link 3
+    t455 = s_5 * t434 + (t91 * t344 + J_4_y1 * a_3_z - t89 * U_4_zy)
+    n_4_x = c_5 * n_5_x + t455
+    n_4_y = J_4_xx * (t330 - t333) - t91 * U_4_xy - t439
+    t460 = t328 * (J_4_xx + t89) + (t269 * (J_4_xx - t89) + t91 * t316)
+    t463 = s_5 * n_5_x + (t460 - J_4_y1 * t323 - c_5 * t434)
+    # link 4 (wrist_roll): force, before its turn
+    f_4t_y = s_4 * f_4_x - c_4 * t450
+    # link 3 (boom): force from link 2
+    t477 = c_4 * f_4_x + (J_3_11 * a_3_x + J_3_x1 * U_3_xx - t110 * U_2_zy)
+    f_3_x = s_4 * t450 + t477
+    f_3_y = f_4t_y + (t110 * w_2_xy - J_3_11 * t292)
+    f_3_z = f_4_z + (t302 + J_3_11 * a_3_z)
+    # link 2 (shoulder_tilt): moment from link 1
+    t487 = t125 * U_2_zy + t103 * t277 - t110 * a_3_x - J_3_x1 * a_3_z
+    t490 = c_4 * n_4_y + (s_4 * n_4_x + t487) - p_boom_dh_a * f_4_z
+    t495 = p_boom_dh_a * f_4t_y + (t103 * w_2_xy - J_3_x1 * t292 - t463)
+    # link 2 (shoulder_tilt): force, before its turn
+    f_2t_x = c_2 * f_3_y + s_2 * f_3_z
+    # effort less bias force
+    t504 = u_5 + t439
+    t505 = u_6 - N_6_z
+    # solve: L D L^T
+    t507 = 1.0 / (y0_6_6_n_z + p_hand_added_inertia_inertia)
+    t508 = t246 * t507
+    t509 = y0_4_6_n_x * t507
+    t511 = t241 * t507
+    t518 = 1.0 / (t215 + p_wrist_bend_added_inertia_inertia)
+    t519 = y0_2_5_b_z * t518
+    t520 = y0_3_5_b_z * t518
+    t521 = h_5t_x * t518
+    t523 = S_5t_23 * t518
+    t534 = c_2 * (t177 - y0_4_4_n_z - p_shoulder_tilt_dh_d * t173)
+    t537 = t534 + (y0_2_5_b_z * t523 + (t214 + t246 * t511))
+    t541 = y0_4_6_n_x * t511 + (t168 - q_3 * t173) - y0_3_5_b_z * t523
+    t542 = h_5t_x * t523
+    t545 = y0_4_4_n_z + p_wrist_roll_added_inertia_inertia - t241 * t511
+    t547 = 1.0 / (t545 - S_5t_23 * t523)
+    t548 = t537 * t547
+    t550 = t541 * t547
+    t551 = t542 * t547
+    t558 = s_2 * t209 + (y0_2_5_b_z * t521 + t537 * t551)
+    t561 = t541 * t551 + (h_4t_y - y0_3_5_b_z * t521)
+    t564 = J_3_11 + p_boom_added_inertia_inertia - h_5t_x * t521
+    t566 = 1.0 / (t564 - t542 * t551)
+    t567 = t558 * t566
+    t568 = t561 * t566
+    t575 = y0_2_5_b_z * t520 + (c_2 * t200 + s_2 * S_3_12 - t211 - t246 * t509)
+    t577 = t575 - t537 * t550 - t558 * t568
+    t580 = p_shoulder_tilt_added_inertia_inertia + (S_2_11 + t196)
+    t583 = t580 - y0_4_6_n_x * t509 - y0_3_5_b_z * t520 - t541 * t550
+    t585 = 1.0 / (t583 - t561 * t568)
+    t586 = t577 * t585
+    t595 = p_shoulder_tilt_dh_d * (J_2_z1 + t130 - h_3_x - t209)
+    t597 = p_shoulder_tilt_mass * t126 + (p_shoulder_pan_inertia_yy + t120)
+    t600 = S_4_11 + (p_shoulder_pan_mass * t131 + t597) - S_4_a
+    t603 = p_shoulder_pan_added_inertia_inertia + (S_2_11 + t600 - S_2_d * (s_2 * s_2))
+    t606 = t603 - t246 * t508 - y0_2_5_b_z * t519 - t537 * t548
+    t611 = t99 * J_3_11 + (t606 - t558 * t567 - t577 * t586) - 2.0 * (t177 + c_2 * t214)
+    t623 = u_4 + t463 - t505 * t511 - t504 * t523
+    t629 = t504 * t521 + (u_3 - f_3_z) - t551 * t623
+    t635 = c_4 * n_4_x + (u_2 - N_2_z - t110 * t292) - s_4 * n_4_y
+    t639 = t505 * t509 + (t635 - q_3 * f_3_y) - t504 * t520 - t550 * t623
+    t640 = t568 * t629 + t639
+    t643 = s_2 * (q_3 * f_3_x + t490) + (u_1 - c_2 * (t495 - 2.0 * (J_2_xx * t269)))
+    t646 = p_shoulder_tilt_dh_d * f_2t_x + t643 - t505 * t508 - t504 * t519
+    t650 = 1.0 / (t115 + (t595 + t611))
+    t651 = (t586 * t640 + (t548 * t623 + t646 - t567 * t629)) * t650
+    t658 = t585 * t640 + t586 * t651
+    t662 = t568 * t658 + (t566 * t629 - t567 * t651)
+    t668 = t551 * t662 - (t547 * t623 + t548 * t651 - t550 * t658)
+    t675 = t511 * t668
+    # derivative: link 6 (hand): base parameters
+    t677 = J_6_z1 * 2.0
+    # derivative: link 5 (wrist_bend): base parameters
+    t678 = t73 * 2.0
+    t679 = J_5_z1 * 2.0
+    # derivative: link 4 (wrist_roll): base parameters
+    t680 = t92 * 2.0
+    t681 = t96 * 2.0
+    # derivative: link 3 (boom): base parameters
+    t682 = p_boom_dh_a * p_wrist_roll_com_y
+    t683 = p_boom_dh_a * p_wrist_roll_mass
+    t684 = t109 * 2.0
+    # derivative: link 1 (shoulder_pan): base parameters
+    t687 = p_shoulder_tilt_dh_d * (p_shoulder_tilt_dh_d + p_shoulder_tilt_com_y * 2.0)
+    # derivative: link 1 (shoulder_pan): Euler, inertial moment
+    t691 = t99 * t651
+    # link 2 (shoulder_tilt): acceleration field U along the axis
+    U_3_yx = c_2 * t651
+    U_2r_y = s_2 * t651
+    # link 2 (shoulder_tilt): acceleration of its joint
+    t694 = p_shoulder_tilt_dh_d * t651
+    # derivative: link 2 (shoulder_tilt): acceleration of its joint
+    t695 = -t651
+    # link 2 (shoulder_tilt): angular acceleration
+    alpha_2_y = t269 - U_3_yx
+    # link 2 (shoulder_tilt): acceleration field U
+    U_2_xy = w_2_xy - t658
+    t702 = U_2r_y + 2.0 * t270
+    # derivative: link 2 (shoulder_tilt): Euler, inertial moment
+    t707 = 0.5 * t702
+    t717 = -w_2_xy
+    # link 3 (boom): acceleration of its joint
+    t724 = q_3 * t702
+    # link 3 (boom): acceleration of its frame
+    t725 = t287 - t724
+    t727 = q_3 * U_2_xy + (t291 + c_2 * t694)
+    t729 = a_3_z + t662 - s_2 * t694
+    # derivative: link 3 (boom): Newton, inertial force
+    t732 = t319 + t725
+    t735 = p_wrist_roll_mass * U_2_xy
+    t737 = p_boom_mass * U_2_xy
+    t738 = J_3_11 * U_3_yx
+    t741 = s_2 * J_3_11
+    t742 = t727 - p_boom_dh_a * U_3_yx
+    t743 = p_boom_com_z * U_2_xy + t742
+    t745 = p_wrist_roll_mass * t273
+    t747 = p_boom_mass * t273
+    t748 = J_3_11 * U_2r_y
+    t752 = c_2 * J_3_11
+    a_4b_z = t729 + p_boom_dh_a * U_2r_y
+    t754 = p_boom_com_z * t273 - a_4b_z
+    # derivative: link 3 (boom): Euler, inertial moment
+    t762 = p_boom_dh_a * t729
+    t764 = p_boom_dh_a * t727
+    # link 4 (wrist_roll): acceleration field U along the axis
+    t768 = s_4 * U_2_xy + c_4 * t702
+    # derivative: link 4 (wrist_roll): acceleration
+    t772 = s_4 * U_3_yx
+    # link 4 (wrist_roll): acceleration
+    t776 = s_4 * t742 - c_4 * t732
+    # derivative: link 4 (wrist_roll): acceleration
+    t777 = t772 - c_4 * w_1_zz
+    t778 = t772 + c_4 * U_3_xx
+    t780 = c_4 * U_3_yx
+    # link 4 (wrist_roll): acceleration
+    t784 = c_4 * t742 + s_4 * t732
+    # link 4 (wrist_roll): angular acceleration
+    t787 = t330 - t768
+    t788 = t668 + alpha_2_y
+    # link 4 (wrist_roll): acceleration field U
+    t789 = t328 - t788
+    t790 = t330 + t787
+    t792 = t339 + c_4 * U_2_xy - s_4 * t702
+    # derivative: link 4 (wrist_roll): Newton, inertial force
+    t795 = p_wrist_bend_mass * t789
+    t796 = p_wrist_roll_com_z * t789
+    t797 = p_wrist_roll_mass * t789
+    t799 = p_wrist_bend_mass * t335
+    t800 = p_wrist_roll_com_z * t335
+    t801 = p_wrist_roll_mass * t335
+    t804 = p_wrist_bend_mass * t792
+    t805 = p_wrist_roll_com_z * t792
+    t806 = p_wrist_roll_mass * t792
+    # derivative: link 4 (wrist_roll): Euler, inertial moment
+    t808 = t92 * t344
+    t814 = J_4_y1 * U_2r_y
+    t816 = 0.5 * t792
+    t822 = t792 * -0.5
+    t824 = t83 * t792 + (t90 * t344 + p_wrist_roll_com_z * a_4b_z)
+    t826 = t680 * t792 + (t96 * t344 + p_wrist_roll_mass * a_4b_z)
+    t827 = t790 * -0.5
+    t828 = 0.5 * t790
+    t829 = t90 * t789
+    t830 = t92 * t789
+    t831 = t96 * t789
+    t833 = t92 * t768
+    t837 = p_wrist_roll_com_z * t776
+    t839 = J_4_y1 * t777
+    t840 = J_4_y1 * t244
+    t843 = t90 * t768 - t83 * t789
+    t845 = p_wrist_bend_com_y * t776 + t75 * t789
+    # link 5 (wrist_bend): acceleration field U along the axis
+    t849 = s_5 * t792 + c_5 * t789
+    # derivative: link 5 (wrist_bend): acceleration
+    t853 = s_5 * U_2r_y
+    # link 5 (wrist_bend): acceleration
+    t859 = s_5 * a_4b_z + c_5 * t776
+    # link 5 (wrist_bend): angular acceleration
+    t863 = t373 - t849
+    t866 = t521 * t662 + (t504 * t518 - t519 * t651 - t520 * t658)
+    t867 = t523 * t668 + t866
+    t869 = t787 + t867
+    # link 5 (wrist_bend): acceleration field U
+    t871 = t371 + t869
+    t872 = t373 + t863
+    t874 = t382 + c_5 * t792 - s_5 * t789
+    # link 5 (wrist_bend): Newton, inertial force
+    t875 = t74 * t871
+    # derivative: link 5 (wrist_bend): Newton, inertial force
+    t876 = p_hand_com_z * t871
+    t877 = p_hand_mass * t871
+    t878 = p_wrist_bend_com_z * t871
+    t879 = p_wrist_bend_mass * t871
+    t880 = p_hand_com_z * t377
+    t881 = p_hand_mass * t377
+    t882 = p_wrist_bend_com_z * t377
+    t883 = p_wrist_bend_mass * t377
+    t885 = p_hand_com_z * t874
+    t886 = p_hand_mass * t874
+    t888 = p_wrist_bend_mass * t874
+    # derivative: link 5 (wrist_bend): Euler, inertial moment
+    t890 = t73 * t387
+    t892 = 0.5 * t874
+    t901 = t74 * (t780 + s_4 * w_1_zz)
+    t903 = t74 * (s_2 * c_4)
+    t904 = t74 * (t780 - s_4 * U_3_xx)
+    t906 = p_wrist_bend_com_z * t784 + (t71 * t387 + t64 * t874)
+    t908 = p_wrist_bend_mass * t784 + (J_5_z1 * t387 + t678 * t874)
+    t909 = t58 * t874 + p_hand_com_z * t784
+    t910 = t677 * t874 + p_hand_mass * t784
+    t911 = t71 * t871
+    t912 = t73 * t871
+    t913 = J_5_z1 * t871
+    t914 = -0.5 * t872
+    t915 = 0.5 * t872
+    t917 = t73 * t849
+    t923 = t74 * (t853 - c_5 * t777)
+    t925 = t74 * (c_2 * s_5 + c_5 * t244)
+    t926 = t74 * (t853 - c_5 * t778)
+    t928 = p_hand_com_z * t859 - t58 * t871
+    t930 = p_hand_mass * t859 - t677 * t871
+    t933 = t71 * t849 + p_wrist_bend_com_z * t859 - t64 * t871
+    t936 = J_5_z1 * t849 + p_wrist_bend_mass * t859 - t678 * t871
+    # link 6 (hand): acceleration field U
+    t942 = t414 + s_6 * t874 - c_6 * t871
+    t944 = s_6 * t871 + (t418 + c_6 * t874)
+    # derivative: link 6 (hand): Euler, inertial moment
+    t945 = 0.5 * t944
+    t946 = -0.5 * t944
+    t947 = 0.5 * t942
+    t948 = -0.5 * t942
+    # derivative: link 6 (hand): moment, before its turn
+    t950 = s_6 * t948
+    t952 = c_6 * t945
+    t954 = c_6 * t948
+    t956 = s_6 * t945
+    # derivative: link 5 (wrist_bend): moment from link 4
+    t959 = t892 + t950 - t952
+    t961 = t952 + (t892 - s_6 * t947)
+    t963 = c_6 * t946 + (t892 - t950)
+    t965 = t509 * t658 + (t505 * t507 - t508 * t651)
+    t967 = t965 + (t675 - t863)
+    t970 = 0.5 * t871
+    t971 = t970 - (t954 + t956)
+    t973 = s_6 * t946 + (t954 + t970)
+    t975 = t956 + (c_6 * t947 + t970)
+    # derivative: link 5 (wrist_bend): force, before its turn
+    t985 = s_5 * t880 - c_5 * t876
+    t986 = s_5 * t881 - c_5 * t877
+    t987 = s_5 * t883 - c_5 * t879
+    t997 = c_5 * t880 + s_5 * t876
+    t998 = c_5 * t881 + s_5 * t877
+    t999 = c_5 * t883 + s_5 * t879
+    # derivative: link 5 (wrist_bend): moment, before its turn
+    t1005 = s_5 * w_6_xy
+    t1007 = c_5 * t909
+    t1008 = c_5 * t910
+    t1015 = c_5 * t892
+    t1019 = s_5 * t913 - c_5 * t908
+    t1020 = t1005 + c_5 * t963
+    t1021 = t1005 - c_5 * t961
+    t1022 = s_5 * t967 - c_5 * t959
+    t1028 = c_5 * w_6_xy
+    t1030 = s_5 * t909
+    t1031 = s_5 * t910
+    t1034 = s_5 * t901
+    t1035 = s_5 * t903
+    t1037 = s_5 * t890
+    t1038 = s_5 * t892
+    t1039 = s_5 * t963
+    t1042 = c_5 * t911 + s_5 * t906
+    t1043 = c_5 * t913 + s_5 * t908
+    t1046 = t1028 + s_5 * t961
+    t1047 = c_5 * t967 + s_5 * t959
+    # derivative: link 4 (wrist_roll): force from link 3
+    t1052 = p_wrist_bend_com_y * t789 + s_5 * t882 - c_5 * t878
+    t1054 = p_wrist_bend_com_y * t335 + p_wrist_bend_com_z * t874
+    t1056 = p_wrist_bend_com_y * t792 - c_5 * t882 - s_5 * t878
+    # derivative: link 4 (wrist_roll): moment from link 3
+    t1058 = p_wrist_bend_com_y * a_4b_z + t75 * t792 - s_5 * t911
+    t1059 = c_5 * t906 + t1058
+    t1060 = t814 - c_5 * t901
+    t1061 = c_2 * J_4_y1 + c_5 * t903
+    t1062 = t814 - c_5 * t904
+    t1064 = p_wrist_bend_mass * a_4b_z + t679 * t792 - s_5 * t912
+    t1065 = c_5 * t890 + t1064
+    t1067 = t816 + s_5 * t915 - t1015
+    t1069 = t1015 + (t816 - s_5 * t914)
+    # derivative: link 4 (wrist_roll): force, before its turn
+    t1104 = s_4 * t1052 + c_4 * t1054
+    t1105 = s_4 * t795 + c_4 * t799
+    t1106 = s_4 * t796 + c_4 * t800
+    t1107 = s_4 * t797 + c_4 * t801
+    t1108 = s_4 * t985 + c_4 * t885
+    t1109 = s_4 * t986 + c_4 * t886
+    t1110 = s_4 * t987 + c_4 * t888
+    # derivative: link 4 (wrist_roll): moment, before its turn
+    t1111 = c_4 * t816
+    t1132 = s_4 * t828
+    t1147 = s_4 * t816
+    t1168 = c_4 * t828
+    # derivative: link 3 (boom): force from link 2
+    t1206 = s_4 * t800 + (p_wrist_roll_com_y * t702 + t732 - c_4 * t796)
+    t1209 = t742 + t1104
+    t1211 = p_wrist_roll_com_y * U_2_xy - t742 - t1106
+    t1212 = t742 + t1108
+    t1213 = a_4b_z + t1056
+    t1215 = t805 + (p_wrist_roll_com_y * t273 + a_4b_z)
+    # derivative: link 3 (boom): moment, in frame 2
+    t1230 = p_boom_dh_a * t1056 + (c_4 * t933 + (t762 - s_4 * t1059))
+    t1234 = c_4 * t928 + (t762 - s_4 * t1007) - p_boom_dh_a * t997
+    t1240 = s_4 * t1065 - c_4 * t917 - p_boom_dh_a * t804 - q_3 * (c_4 * t795 - s_4 * t799)
+    t1243 = s_4 * t826 + c_4 * t831 - p_boom_dh_a * t806 - q_3 * (c_4 * t797 - s_4 * t801)
+    t1246 = p_boom_dh_a * t998 + (s_4 * t1008 - c_4 * t930) - q_3 * (c_4 * t986 - s_4 * t886)
+    t1249 = q_3 * (c_4 * t987 - s_4 * t888) + (s_4 * t1019 + c_4 * t936 - p_boom_dh_a * t999)
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1263 = p_wrist_roll_com_y * t725 + (t94 * t702 - t277 * t682)
+    t1267 = p_boom_dh_a * t805 + (t762 + t1263 - s_4 * t824 - c_4 * t829)
+    t1269 = t724 - t725
+    t1273 = t681 * t702 - t277 * t683 - s_4 * t808 - c_4 * t830
+    t1277 = t762 + (t107 * t702 + t101 * t277 - p_boom_com_z * t725)
+    t1284 = s_5 * t875 + (t442 - J_3_11 * t729 - J_4_y1 * t792)
+    t1287 = t185 * U_3_xx + (t110 * t277 + s_4 * t1062 - c_4 * t926)
+    # derivative of effort
+    t1295 = J_4_y1 * t778 - s_5 * t904
+    t1297 = t110 * U_2_xy - J_3_11 * t727 - s_4 * (t440 + J_4_y1 * t789 - c_5 * t875)
+    t1298 = t1297 - c_4 * (t342 + t74 * t874)
+    # derivative: link 2 (shoulder_tilt): moment from link 1
+    t1304 = t837 + (t682 * U_2_xy - t764) - t843 - p_boom_dh_a * t1106
+    t1314 = t96 * t768 - p_wrist_roll_mass * t776 - t680 * t789
+    t1316 = 0.5 * t789
+    t1318 = c_5 * t914 + t1038 - t1316
+    t1320 = p_wrist_bend_mass * t776 + t679 * t789 - c_5 * t912
+    t1325 = t1038 + (c_5 * t915 + t1316)
+    # derivative: link 2 (shoulder_tilt): moment, before its turn
+    t1372 = c_2 * (p_boom_dh_a * t1104 + (t1042 + (t764 - t845)))
+    t1380 = c_2 * t328
+    t1386 = s_2 * t702
+    t1388 = s_2 * (p_boom_mass * t1269 + (t684 * t702 + t104 * t277))
+    t1396 = s_2 * (t1230 - q_3 * (s_4 * t1054 + (t732 - c_4 * t1052)))
+    t1397 = s_2 * (t1234 - q_3 * (s_4 * t885 + (t732 - c_4 * t985)))
+    t1414 = s_2 * (s_4 * t1020 + c_4 * t973) - c_2 * (t1028 - t1039)
+    # derivative: link 2 (shoulder_tilt): moment, in frame 1
+    t1417 = p_shoulder_tilt_dh_d * (c_2 * t738 + s_2 * t748)
+    t1421 = p_shoulder_tilt_dh_d * (c_2 * t1212 - s_2 * (a_4b_z - t997))
+    t1429 = c_2 * (t1035 + (s_2 * J_3_x1 - t840)) - s_2 * (c_4 * t925 + (c_2 * J_3_x1 - s_4 * t1061))
+    t1430 = t1429 - p_shoulder_tilt_dh_d * (c_2 * t741 - s_2 * t752)
+    t1431 = p_shoulder_tilt_dh_d * (c_2 * t735 + s_2 * t745) - c_2 * (t683 * U_2_xy - t833)
+    t1434 = U_2_xy * (c_2 * t104) - t1388 - p_shoulder_tilt_dh_d * (c_2 * t737 + s_2 * t747)
+    t1435 = c_2 * (t1037 + p_boom_dh_a * t1105 - t1320) + s_2 * t1240
+    t1436 = t1435 - p_shoulder_tilt_dh_d * (c_2 * t1105 - s_2 * t804)
+    t1438 = c_2 * (p_boom_dh_a * t1107 + t1314) + s_2 * t1243 - p_shoulder_tilt_dh_d * (c_2 * t1107 - s_2 * t806)
+    t1440 = c_2 * (t1031 + p_boom_dh_a * t1109) + s_2 * t1246 - p_shoulder_tilt_dh_d * (c_2 * t1109 + s_2 * t998)
+    t1442 = c_2 * (t1043 + p_boom_dh_a * t1110) - s_2 * t1249 - p_shoulder_tilt_dh_d * (c_2 * t1110 + s_2 * t999)
+    # derivative of effort
+    t1445 = q_3 * t741 + (s_4 * t925 + (c_4 * t1061 - s_2 * t110))
+    t1451 = c_4 * t923 + (t302 - s_4 * t1060) - w_1_zz * (t110 - t185)
+    t1461 = c_2 * (t839 - t1034 - t1298 - 2.0 * (J_3_x1 * U_3_yx))
+    t1462 = t130 * t651
+    t1464 = s_2 * (t1451 - t1284 + 2.0 * (J_3_x1 * U_2r_y)) - t1417
+    t1467 = t110 * U_3_yx - q_3 * t738
+    t1475 = t1417 + (c_2 * (t1295 - t1298) + s_2 * (t1284 + t1287))
+    t1482 = t651 * (p_shoulder_pan_mass * p_shoulder_pan_com_z)
+    t1486 = 0.5 * t651
+    t1487 = 0.5 * (c_2 * (t269 + alpha_2_y))
+    t1488 = t1486 + t1487
+    t1490 = -0.5 * t1386 - t1488
+    t1492 = t1488 - 0.5 * t1386
+    t1493 = -t658
+    t1495 = s_2 * t707 + t1487 - t1486
+    t1497 = c_2 * (t101 * U_2_xy + t764) - t691 - s_2 * (q_3 * (p_boom_com_z * t702 - t732) + t1277)
+    t1498 = t1497 - p_shoulder_tilt_dh_d * (c_2 * t743 + s_2 * t754)
+    t1502 = t107 * U_2_xy + (q_3 * t743 + (p_boom_com_z * t727 - t101 * U_3_yx))
+    t1506 = t684 * U_2_xy + (q_3 * t737 + (p_boom_mass * t727 - t104 * U_3_yx))
+    t1507 = p_shoulder_tilt_dh_d * (c_2 * t1211 + s_2 * t1215) - t691
+    t1512 = c_4 * t824 + (t682 * U_3_yx - p_wrist_roll_com_y * t727)
+    t1520 = c_4 * t808 + (t683 * U_3_yx - p_wrist_roll_mass * t727)
+    t1528 = 0.5 * U_2_xy
+    t1537 = t1372 - t691 - t1396 - p_shoulder_tilt_dh_d * (c_2 * t1209 - s_2 * t1213)
+    t1550 = c_2 * (p_boom_dh_a * t1108 + (t764 + t1030)) - t691
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = 0.0
+    out[27 * S + k] = 0.0
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = 0.0
+    out[30 * S + k] = 0.0
+    out[31 * S + k] = 0.0
+    out[32 * S + k] = 0.0
+    out[33 * S + k] = 0.0
+    out[34 * S + k] = 0.0
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = 0.0
+    out[40 * S + k] = 0.0
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = 0.0
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = 0.0
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = 0.0
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    out[52 * S + k] = 0.0
+    out[53 * S + k] = 0.0
+    out[54 * S + k] = 0.0
+    out[55 * S + k] = 0.0
+    out[56 * S + k] = 0.0
+    out[57 * S + k] = 0.0
+    out[58 * S + k] = 0.0
+    out[59 * S + k] = 0.0
+    out[60 * S + k] = 0.0
+    out[61 * S + k] = 0.0
+    out[62 * S + k] = 0.0
+    out[63 * S + k] = 0.0
+    out[64 * S + k] = 0.0
+    out[65 * S + k] = 0.0
+    out[66 * S + k] = 0.0
+    out[67 * S + k] = 0.0
+    out[68 * S + k] = 0.0
+    out[69 * S + k] = 0.0
+    out[70 * S + k] = 0.0
+    out[71 * S + k] = 0.0
+    out[72 * S + k] = 0.0
+    out[73 * S + k] = 0.0
+    out[74 * S + k] = 0.0
+    out[75 * S + k] = 0.0
+    out[76 * S + k] = 0.0
+    out[77 * S + k] = 0.0
+    out[78 * S + k] = 0.0
+    out[79 * S + k] = 0.0
+    out[80 * S + k] = 0.0
+    out[81 * S + k] = 0.0
+    out[82 * S + k] = 0.0
+    out[83 * S + k] = 0.0
+    out[84 * S + k] = 0.0
+    out[85 * S + k] = 0.0
+    out[86 * S + k] = 0.0
+    out[87 * S + k] = 0.0
+    out[88 * S + k] = 0.0
+    out[89 * S + k] = 0.0
+    out[90 * S + k] = 0.0
+    out[91 * S + k] = 0.0
+    out[92 * S + k] = 0.0
+    out[93 * S + k] = 0.0
+    out[94 * S + k] = 0.0
+    out[95 * S + k] = 0.0
+    out[96 * S + k] = 0.0
+    out[97 * S + k] = 0.0
+    out[98 * S + k] = 0.0
+    out[99 * S + k] = 0.0
+    out[100 * S + k] = 0.0
+    out[101 * S + k] = 0.0
+    out[102 * S + k] = 0.0
+    out[103 * S + k] = 0.0
+    out[104 * S + k] = 0.0
+    out[105 * S + k] = 0.0
+    out[106 * S + k] = 0.0
+    out[107 * S + k] = 0.0
+    out[108 * S + k] = 0.0
+    out[109 * S + k] = 0.0
+    out[110 * S + k] = 0.0
+    out[111 * S + k] = 0.0
+    out[112 * S + k] = 0.0
+    out[113 * S + k] = 0.0
+    out[114 * S + k] = 0.0
+    out[115 * S + k] = 0.0
+    out[116 * S + k] = 0.0
+    out[117 * S + k] = 0.0
+    out[118 * S + k] = 0.0
+    out[119 * S + k] = 0.0
+    out[120 * S + k] = 0.0
+    out[121 * S + k] = 0.0
+    out[122 * S + k] = 0.0
+    out[123 * S + k] = 0.0
+    out[124 * S + k] = 0.0
+    out[125 * S + k] = 0.0
+    out[126 * S + k] = 0.0
+    out[127 * S + k] = 0.0
+    out[128 * S + k] = 0.0
+    out[129 * S + k] = 0.0
+    out[130 * S + k] = 0.0
+    out[131 * S + k] = 0.0
+    out[132 * S + k] = 0.0
+    out[133 * S + k] = 0.0
+    out[134 * S + k] = 0.0
+    out[135 * S + k] = 0.0
+    out[136 * S + k] = 0.0
+    out[137 * S + k] = 0.0
+    out[138 * S + k] = 0.0
+    out[139 * S + k] = 0.0
+    out[140 * S + k] = 0.0
+    out[141 * S + k] = 0.0
+    out[142 * S + k] = 0.0
+    out[143 * S + k] = 0.0
+    out[144 * S + k] = 0.0
+    out[145 * S + k] = 0.0
+    out[146 * S + k] = 0.0
+    out[147 * S + k] = 0.0
+    out[148 * S + k] = 0.0
+    out[149 * S + k] = 0.0
+    out[150 * S + k] = 0.0
+    out[151 * S + k] = 0.0
+    out[152 * S + k] = 0.0
+    out[153 * S + k] = 0.0
+    out[154 * S + k] = 0.0
+    out[155 * S + k] = 0.0
+    out[156 * S + k] = 0.0
+    out[157 * S + k] = 0.0
+    out[158 * S + k] = 0.0
+    out[159 * S + k] = 0.0
+    out[160 * S + k] = 0.0
+    out[161 * S + k] = 0.0
+    out[162 * S + k] = 0.0
+    out[163 * S + k] = 0.0
+    out[164 * S + k] = 0.0
+    out[165 * S + k] = 0.0
+    out[166 * S + k] = 0.0
+    out[167 * S + k] = 0.0
+    out[168 * S + k] = 0.0
+    out[169 * S + k] = 0.0
+    out[170 * S + k] = 0.0
+    out[171 * S + k] = 0.0
+    out[172 * S + k] = 0.0
+    out[173 * S + k] = 0.0
+    out[174 * S + k] = 0.0
+    out[175 * S + k] = 0.0
+    out[176 * S + k] = 0.0
+    out[177 * S + k] = 0.0
+    out[178 * S + k] = 0.0
+    out[179 * S + k] = 0.0
+    out[180 * S + k] = 0.0
+    out[181 * S + k] = 0.0
+    out[182 * S + k] = 0.0
+    out[183 * S + k] = 0.0
+    out[184 * S + k] = 0.0
+    out[185 * S + k] = 0.0
+    out[186 * S + k] = 0.0
+    out[187 * S + k] = 0.0
+    out[188 * S + k] = 0.0
+    out[189 * S + k] = 0.0
+    out[190 * S + k] = 0.0
+    out[191 * S + k] = 0.0
+    out[192 * S + k] = 0.0
+    out[193 * S + k] = 0.0
+    out[194 * S + k] = 0.0
+    out[195 * S + k] = 0.0
+    out[196 * S + k] = 0.0
+    out[197 * S + k] = 0.0
+    out[198 * S + k] = 0.0
+    out[199 * S + k] = 0.0
+    out[200 * S + k] = 0.0
+    out[201 * S + k] = 0.0
+    out[202 * S + k] = 0.0
+    out[203 * S + k] = 0.0
+    out[204 * S + k] = 0.0
+    out[205 * S + k] = 0.0
+    out[206 * S + k] = 0.0
+    out[207 * S + k] = 0.0
+    out[208 * S + k] = 0.0
+    out[209 * S + k] = 0.0
+    out[210 * S + k] = 0.0
+    out[211 * S + k] = 0.0
+    out[212 * S + k] = 0.0
+    out[213 * S + k] = 0.0
+    out[214 * S + k] = 0.0
+    out[215 * S + k] = 0.0
+    out[216 * S + k] = 0.0
+    out[217 * S + k] = 0.0
+    out[218 * S + k] = 0.0
+    out[219 * S + k] = 0.0
+    out[220 * S + k] = 0.0
+    out[221 * S + k] = 0.0
+    out[222 * S + k] = 0.0
+    out[223 * S + k] = 0.0
+    out[224 * S + k] = 0.0
+    out[225 * S + k] = 0.0
+    out[226 * S + k] = 0.0
+    out[227 * S + k] = 0.0
+    out[228 * S + k] = 0.0
+    out[229 * S + k] = 0.0
+    out[230 * S + k] = 0.0
+    out[231 * S + k] = 0.0
+    out[232 * S + k] = 0.0
+    out[233 * S + k] = 0.0
+    out[234 * S + k] = 0.0
+    out[235 * S + k] = 0.0
+    out[236 * S + k] = 0.0
+    out[237 * S + k] = 0.0
+    out[238 * S + k] = 0.0
+    out[239 * S + k] = 0.0
+    out[240 * S + k] = 0.0
+    out[241 * S + k] = 0.0
+    out[242 * S + k] = 0.0
+    out[243 * S + k] = 0.0
+    out[244 * S + k] = 0.0
+    out[245 * S + k] = 0.0
+    out[246 * S + k] = 0.0
+    out[247 * S + k] = 0.0
+    out[248 * S + k] = 0.0
+    out[249 * S + k] = 0.0
+    out[250 * S + k] = 0.0
+    out[251 * S + k] = 0.0
+    out[252 * S + k] = t1430
+    out[253 * S + k] = 0.0
+    out[254 * S + k] = t1464 - t1461 - 2.0 * t1462
+    out[255 * S + k] = t1475 - 2.0 * (t651 * (p_boom_dh_a * J_3_11))
+    out[256 * S + k] = -(t131 * t651)
+    out[257 * S + k] = 0.0
+    out[258 * S + k] = -2.0 * t1482
+    out[259 * S + k] = 0.0
+    out[260 * S + k] = t695
+    out[261 * S + k] = 0.0
+    out[262 * S + k] = -(t651 * (t126 + t687))
+    out[263 * S + k] = -2.0 * t1462
+    out[264 * S + k] = t1490
+    out[265 * S + k] = t1492
+    out[266 * S + k] = t1495
+    out[267 * S + k] = t1498
+    out[268 * S + k] = t1434
+    out[269 * S + k] = t1492
+    out[270 * S + k] = t1490
+    out[271 * S + k] = t1495
+    out[272 * S + k] = t1507 - c_2 * t1304 - s_2 * (t1267 - q_3 * t1206)
+    out[273 * S + k] = t1431 - s_2 * (t1273 - p_wrist_roll_mass * t1269)
+    out[274 * S + k] = t1438
+    out[275 * S + k] = -(t1380 + s_2 * (t707 - t1147 - c_4 * t827))
+    out[276 * S + k] = c_2 * t788 + s_2 * (t1168 + (t707 + t1147))
+    out[277 * S + k] = t1380 - s_2 * (t707 - s_4 * t822 - t1168)
+    out[278 * S + k] = t1537
+    out[279 * S + k] = t1436
+    out[280 * S + k] = t1442
+    out[281 * S + k] = c_2 * t1318 + s_2 * (s_4 * t1069 + c_4 * t371)
+    out[282 * S + k] = c_2 * t1325 - s_2 * (s_4 * t1067 - c_4 * t869)
+    out[283 * S + k] = t1550 - t1397 - t1421
+    out[284 * S + k] = t1440
+    out[285 * S + k] = c_2 * t1046 - s_2 * (s_4 * t1021 - c_4 * t975)
+    out[286 * S + k] = t1414
+    out[287 * S + k] = s_2 * (s_4 * t1022 - c_4 * t971) - c_2 * t1047
+    out[288 * S + k] = t695
+    out[289 * S + k] = 0.0
+    out[290 * S + k] = 0.0
+    out[291 * S + k] = 0.0
+    out[292 * S + k] = 0.0
+    out[293 * S + k] = 0.0
+    out[294 * S + k] = t1445
+    out[295 * S + k] = 0.0
+    out[296 * S + k] = -(t1467 + (c_4 * t1060 + s_4 * t923))
+    out[297 * S + k] = t1467 + (c_4 * t1062 + s_4 * t926)
+    out[298 * S + k] = 0.0
+    out[299 * S + k] = 0.0
+    out[300 * S + k] = 0.0
+    out[301 * S + k] = 0.0
+    out[302 * S + k] = 0.0
+    out[303 * S + k] = 0.0
+    out[304 * S + k] = 0.0
+    out[305 * S + k] = 0.0
+    out[306 * S + k] = w_2_xy
+    out[307 * S + k] = t1493
+    out[308 * S + k] = t717
+    out[309 * S + k] = t1502
+    out[310 * S + k] = t1506
+    out[311 * S + k] = t1493
+    out[312 * S + k] = w_2_xy
+    out[313 * S + k] = t717
+    out[314 * S + k] = t94 * U_2_xy + (t1512 - s_4 * t829 - q_3 * t1211)
+    out[315 * S + k] = t681 * U_2_xy + (t1520 - s_4 * t830 - q_3 * t735)
+    out[316 * S + k] = q_3 * t1107 + (c_4 * t826 - s_4 * t831)
+    out[317 * S + k] = t1111 + t1528 - s_4 * t827
+    out[318 * S + k] = t1111 - t1528 - t1132
+    out[319 * S + k] = c_4 * t822 + t1528 - t1132
+    out[320 * S + k] = q_3 * t1209 + (c_4 * t1059 + s_4 * t933)
+    out[321 * S + k] = q_3 * t1105 + (c_4 * t1065 + s_4 * t917)
+    out[322 * S + k] = q_3 * t1110 + (s_4 * t936 - c_4 * t1019)
+    out[323 * S + k] = c_4 * t1069 - s_4 * t371
+    out[324 * S + k] = -(c_4 * t1067 + s_4 * t869)
+    out[325 * S + k] = q_3 * t1212 + (c_4 * t1007 + s_4 * t928)
+    out[326 * S + k] = q_3 * t1109 + (c_4 * t1008 + s_4 * t930)
+    out[327 * S + k] = -(c_4 * t1021 + s_4 * t975)
+    out[328 * S + k] = c_4 * t1020 - s_4 * t973
+    out[329 * S + k] = c_4 * t1022 + s_4 * t971
+    out[330 * S + k] = 0.0
+    out[331 * S + k] = t1493
+    out[332 * S + k] = 0.0
+    out[333 * S + k] = 0.0
+    out[334 * S + k] = 0.0
+    out[335 * S + k] = 0.0
+    out[336 * S + k] = -t752
+    out[337 * S + k] = 0.0
+    out[338 * S + k] = t748
+    out[339 * S + k] = -t748
+    out[340 * S + k] = 0.0
+    out[341 * S + k] = 0.0
+    out[342 * S + k] = 0.0
+    out[343 * S + k] = 0.0
+    out[344 * S + k] = 0.0
+    out[345 * S + k] = 0.0
+    out[346 * S + k] = 0.0
+    out[347 * S + k] = 0.0
+    out[348 * S + k] = 0.0
+    out[349 * S + k] = 0.0
+    out[350 * S + k] = 0.0
+    out[351 * S + k] = t754
+    out[352 * S + k] = t747
+    out[353 * S + k] = 0.0
+    out[354 * S + k] = 0.0
+    out[355 * S + k] = 0.0
+    out[356 * S + k] = -t1215
+    out[357 * S + k] = -t745
+    out[358 * S + k] = -t806
+    out[359 * S + k] = 0.0
+    out[360 * S + k] = 0.0
+    out[361 * S + k] = 0.0
+    out[362 * S + k] = -t1213
+    out[363 * S + k] = -t804
+    out[364 * S + k] = t999
+    out[365 * S + k] = 0.0
+    out[366 * S + k] = 0.0
+    out[367 * S + k] = t997 - a_4b_z
+    out[368 * S + k] = t998
+    out[369 * S + k] = 0.0
+    out[370 * S + k] = 0.0
+    out[371 * S + k] = 0.0
+    out[372 * S + k] = 0.0
+    out[373 * S + k] = 0.0
+    out[374 * S + k] = -t662
+    out[375 * S + k] = 0.0
+    out[376 * S + k] = 0.0
+    out[377 * S + k] = 0.0
+    out[378 * S + k] = t1035 - t840
+    out[379 * S + k] = 0.0
+    out[380 * S + k] = t1034 - t839
+    out[381 * S + k] = t1295
+    out[382 * S + k] = 0.0
+    out[383 * S + k] = 0.0
+    out[384 * S + k] = 0.0
+    out[385 * S + k] = 0.0
+    out[386 * S + k] = 0.0
+    out[387 * S + k] = 0.0
+    out[388 * S + k] = 0.0
+    out[389 * S + k] = 0.0
+    out[390 * S + k] = 0.0
+    out[391 * S + k] = 0.0
+    out[392 * S + k] = 0.0
+    out[393 * S + k] = 0.0
+    out[394 * S + k] = 0.0
+    out[395 * S + k] = 0.0
+    out[396 * S + k] = 0.0
+    out[397 * S + k] = 0.0
+    out[398 * S + k] = t843 - t837
+    out[399 * S + k] = t833
+    out[400 * S + k] = t1314
+    out[401 * S + k] = w_4_xy
+    out[402 * S + k] = t788
+    out[403 * S + k] = t328
+    out[404 * S + k] = t1042 - t845
+    out[405 * S + k] = t1037 - t1320
+    out[406 * S + k] = t1043
+    out[407 * S + k] = t1318
+    out[408 * S + k] = t1325
+    out[409 * S + k] = t1030
+    out[410 * S + k] = t1031
+    out[411 * S + k] = t1046
+    out[412 * S + k] = t1039 - t1028
+    out[413 * S + k] = -t1047
+    out[414 * S + k] = 0.0
+    out[415 * S + k] = 0.0
+    out[416 * S + k] = 0.0
+    out[417 * S + k] = t668
+    out[418 * S + k] = 0.0
+    out[419 * S + k] = 0.0
+    out[420 * S + k] = t925
+    out[421 * S + k] = 0.0
+    out[422 * S + k] = -t923
+    out[423 * S + k] = t926
+    out[424 * S + k] = 0.0
+    out[425 * S + k] = 0.0
+    out[426 * S + k] = 0.0
+    out[427 * S + k] = 0.0
+    out[428 * S + k] = 0.0
+    out[429 * S + k] = 0.0
+    out[430 * S + k] = 0.0
+    out[431 * S + k] = 0.0
+    out[432 * S + k] = 0.0
+    out[433 * S + k] = 0.0
+    out[434 * S + k] = 0.0
+    out[435 * S + k] = 0.0
+    out[436 * S + k] = 0.0
+    out[437 * S + k] = 0.0
+    out[438 * S + k] = 0.0
+    out[439 * S + k] = 0.0
+    out[440 * S + k] = 0.0
+    out[441 * S + k] = 0.0
+    out[442 * S + k] = 0.0
+    out[443 * S + k] = 0.0
+    out[444 * S + k] = 0.0
+    out[445 * S + k] = 0.0
+    out[446 * S + k] = t933
+    out[447 * S + k] = t917
+    out[448 * S + k] = t936
+    out[449 * S + k] = w_5_xy
+    out[450 * S + k] = -t869
+    out[451 * S + k] = t928
+    out[452 * S + k] = t930
+    out[453 * S + k] = -t975
+    out[454 * S + k] = -t973
+    out[455 * S + k] = t971
+    out[456 * S + k] = 0.0
+    out[457 * S + k] = 0.0
+    out[458 * S + k] = 0.0
+    out[459 * S + k] = 0.0
+    out[460 * S + k] = -t867
+    out[461 * S + k] = 0.0
+    out[462 * S + k] = 0.0
+    out[463 * S + k] = 0.0
+    out[464 * S + k] = 0.0
+    out[465 * S + k] = 0.0
+    out[466 * S + k] = 0.0
+    out[467 * S + k] = 0.0
+    out[468 * S + k] = 0.0
+    out[469 * S + k] = 0.0
+    out[470 * S + k] = 0.0
+    out[471 * S + k] = 0.0
+    out[472 * S + k] = 0.0
+    out[473 * S + k] = 0.0
+    out[474 * S + k] = 0.0
+    out[475 * S + k] = 0.0
+    out[476 * S + k] = 0.0
+    out[477 * S + k] = 0.0
+    out[478 * S + k] = 0.0
+    out[479 * S + k] = 0.0
+    out[480 * S + k] = 0.0
+    out[481 * S + k] = 0.0
+    out[482 * S + k] = 0.0
+    out[483 * S + k] = 0.0
+    out[484 * S + k] = 0.0
+    out[485 * S + k] = 0.0
+    out[486 * S + k] = 0.0
+    out[487 * S + k] = 0.0
+    out[488 * S + k] = 0.0
+    out[489 * S + k] = 0.0
+    out[490 * S + k] = 0.0
+    out[491 * S + k] = 0.0
+    out[492 * S + k] = 0.0
+    out[493 * S + k] = 0.0
+    out[494 * S + k] = 0.0
+    out[495 * S + k] = w_6_xy
+    out[496 * S + k] = -w_6_xy
+    out[497 * S + k] = -t967
+    out[498 * S + k] = 0.0
+    out[499 * S + k] = 0.0
+    out[500 * S + k] = 0.0
+    out[501 * S + k] = 0.0
+    out[502 * S + k] = 0.0
+    out[503 * S + k] = -(t675 + t965)
+    factor_1_0 = -t586
+    factor_2_0 = t567
+    factor_2_1 = -t568
+    factor_3_0 = -t548
+    factor_3_1 = t550
+    factor_3_2 = t551
+    factor_4_0 = t519
+    factor_4_1 = t520
+    factor_4_2 = -t521
+    factor_4_3 = t523
+    factor_5_0 = t508
+    factor_5_1 = -t509
+    factor_5_3 = t511
+    reciprocal_0 = t650
+    reciprocal_1 = t585
+    reciprocal_2 = t566
+    reciprocal_3 = t547
+    reciprocal_4 = t518
+    reciprocal_5 = t507
+    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16647,7 +21845,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 42:
         raise ValueError("p must have 42 entries")
     out = np.empty(504)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
     return out.reshape((12, 42))
 
 
@@ -16662,7 +21860,9 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 504:
         raise ValueError("out must have 504 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16670,7 +21870,7 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 564:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 564 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:12], both[12:18], both[18:60], both[60:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(both[0:12], both[12:18], both[18:60], both[60:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16848,6 +22048,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 6 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -17017,6 +22219,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -17196,6 +22400,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 6 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -17379,6 +22585,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -17607,6 +22815,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 6 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -17852,6 +23062,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -18545,6 +23757,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 6 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -18999,6 +24213,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 42 entries")
     if out.size != 36:
         raise ValueError("out must have 36 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

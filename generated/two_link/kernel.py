@@ -223,6 +223,92 @@ if not config.DISABLE_JIT:
     _gather, _scatter = _square(_from_rows), _square(_to_rows)
 
 
+def _substituted(x, below, reciprocals, times, less):
+    """X with F^T D F X = x: ``below`` the diagonal F by row and column, ``reciprocals`` of D; None is zero."""
+    for k in reversed(range(len(x))):
+        for i in range(k):
+            if (k, i) in below and x[k] is not None:
+                x[i] = less(x[i], times(below[k, i], x[k]))
+    x = [value if value is None else times(value, by) for value, by in zip(x, reciprocals)]
+    for k in range(len(x)):
+        for i in range(k):
+            if (k, i) in below and x[i] is not None:
+                x[k] = less(x[k], times(below[k, i], x[i]))
+    return x
+
+
+def _columns(start, width, first, places):
+    """A function that solves in place for the columns of ``out``: ``width`` of them, from ``start`` on, row by row.
+
+    ``first`` is of each row the first column that is not zero; ``places`` are row and column of the numbers, factors
+    below the diagonal, that are handed over before the reciprocals of the pivots.
+    """
+
+    def solve(out, numbers):
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+        for c in range(start, start + width):
+            x = [out[c + width * i] if c - start >= filled else None for i, filled in enumerate(first)]
+            x = _substituted(x, below, reciprocals, lambda a, b: a * b, lambda a, b: -b if a is None else a - b)
+            for i, value in enumerate(x):
+                if value is not None:
+                    out[c + width * i] = value
+
+    return solve
+
+
+def _columns_in_vectors(start, width, first, places):
+    """The same as an intrinsic, eight columns in a vector; the last eight overlap those before to stay inside."""
+    kind = ir.VectorType(ir.DoubleType(), 8)
+    blocks = sorted({min(c, width - 8) for c in range(0, width, 8)})
+
+    def generate(context, builder, signature, arguments):
+        entries = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+        def pointer(row, block):
+            index = context.get_constant(types.intp, start + width * row + block)
+            return builder.bitcast(builder.gep(entries, [index]), kind.as_pointer())
+
+        def in_all(number):
+            lane = builder.insert_element(ir.Constant(kind, ir.Undefined), number, _lane(0))
+            return _shuffled(builder, lane, lane, [0] * 8)
+
+        def times(a, b):
+            return builder.fmul(a, b, flags=[*FAST])
+
+        def less(a, b):
+            return builder.fsub(ir.Constant(kind, [-0.0] * 8) if a is None else a, b, flags=[*FAST])
+
+        numbers = [in_all(builder.extract_value(arguments[1], i)) for i in range(signature.args[1].count)]
+        below, reciprocals = dict(zip(places, numbers)), numbers[len(places):]
+
+        def store(block, x):
+            for i, value in enumerate(x):
+                if value is not None:
+                    builder.store(value, pointer(i, block), align=8)
+
+        behind, solved = 0, []
+        for block in reversed(blocks):
+            x = [
+                builder.load(pointer(i, block), align=8) if block + 8 > filled else None
+                for i, filled in enumerate(first)]
+            store(behind, solved)  # only now: it may overlap what was just read
+            behind, solved = block, _substituted(x, below, reciprocals, times, less)
+        store(behind, solved)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def solve(context, out, numbers):
+        if not isinstance(out, types.Array) or out.layout != "C":
+            raise TypeError("out must be contiguous")
+        return types.void(out, numbers), generate
+
+    return solve
+
+
+if not config.DISABLE_JIT:
+    _columns = _columns_in_vectors
+
+
 @njit(forceinline=True, error_model="numpy")
 def _sign(x):
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
@@ -1015,6 +1101,8 @@ def mass_matrix_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix(q, out.ravel(), 0, 1, _together)
 
 
@@ -1148,6 +1236,8 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -1277,6 +1367,8 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
 
 
@@ -1416,6 +1508,8 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -3095,6 +3189,8 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -3302,6 +3398,8 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -3451,45 +3549,41 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     # link 2 (elbow): composite body, before its turn
     h_2t_x = c_2 * 0.1728
     h_2t_y = s_2 * 0.1728
-    t23 = qd_2 * s_2
+    t24 = qd_2 * s_2
     # link 1 (shoulder): composite body
     h_1_x = h_2t_x + 0.702
     # link 2 (elbow): axis of joint 1
     x0_1_2_vr_x = s_2 * 0.5
     x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
     g_2r_x = s_2 * a_1r_y + c_2 * a_1r_x
-    t38 = c_2 * 0.0864 + 0.046195200000000006
+    t39 = c_2 * 0.0864 + 0.046195200000000006
     # effort less bias force
-    t45 = tau_2 - 0.1728 * x2_1_2_vr_x - 0.0864 * (qd_1 * v_2r_x)
+    t46 = tau_2 - 0.1728 * x2_1_2_vr_x - 0.0864 * (qd_1 * v_2r_x)
     # solve: L D L^T
-    t47 = t38 * 21.647270712108615
-    # derivative of effort
-    t53 = omega_2_z * x0_1_2_vr_x
-    # solve: L D L^T
-    t58 = tau_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t45 * t47
-    t62 = t58 + 0.0864 * (qd_1 * t23) + 0.1728 * (qd_2 * t53)
-    t64 = 1.0 / (h_2t_x - t38 * t47 + 0.3523392)
-    t65 = t62 * t64
+    t48 = t39 * 21.647270712108615
+    t54 = omega_2_z * x0_1_2_vr_x
+    t59 = tau_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t46 * t48
+    t63 = t59 + 0.0864 * (qd_1 * t24) + 0.1728 * (qd_2 * t54)
+    t64 = 1.0 / (h_2t_x - t39 * t48 + 0.3523392)
+    t65 = t63 * t64
     # link 2 (elbow): acceleration
     t70 = c_2 * a_2b_x + s_2 * (a_1r_y + 0.5 * t65)
-    # link 2 (elbow): change with its position
-    t74 = 0.1728 * t70
     # solve: L D L^T
-    t78 = a_1r_x * h_1_x + a_1r_y * h_2t_y - 0.1728 * (g_2r_x * t47)
-    t79 = t64 * t78
-    t87 = x0_1_2_vr_x * (t65 + t45 * 21.647270712108615 - t47 * t65)
-    t90 = t74 - t47 * t74 + 0.0864 * (c_2 * (omega_2_z * omega_2_z))
-    t93 = t64 * (t90 + 0.1728 * t87)
-    t100 = 0.1728 * (t64 * (t23 + v_2r_x * t47))
-    t107 = t53 * t64 * 0.3456
-    out[0 * S + k] = t79
-    out[1 * S + k] = t93
-    out[2 * S + k] = t100
-    out[3 * S + k] = t107
-    out[4 * S + k] = g_2r_x * 3.740648379052369 - t47 * t79
-    out[5 * S + k] = t70 * 3.740648379052369 - t47 * t93
-    out[6 * S + k] = v_2r_x * -3.740648379052369 - t47 * t100
-    out[7 * S + k] = -(t47 * t107)
+    t77 = a_1r_x * h_1_x + a_1r_y * h_2t_y - 0.1728 * (g_2r_x * t48)
+    t78 = t64 * t77
+    t83 = x0_1_2_vr_x * (t65 + t46 * 21.647270712108615 - t48 * t65)
+    t91 = 0.1728 * (t70 + t83 - t48 * t70) + 0.0864 * (c_2 * (omega_2_z * omega_2_z))
+    t92 = t64 * t91
+    t99 = 0.1728 * (t64 * (t24 + v_2r_x * t48))
+    t106 = t54 * t64 * 0.3456
+    out[0 * S + k] = t78
+    out[1 * S + k] = t92
+    out[2 * S + k] = t99
+    out[3 * S + k] = t106
+    out[4 * S + k] = g_2r_x * 3.740648379052369 - t48 * t78
+    out[5 * S + k] = t70 * 3.740648379052369 - t48 * t92
+    out[6 * S + k] = v_2r_x * -3.740648379052369 - t48 * t99
+    out[7 * S + k] = -(t48 * t106)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3517,6 +3611,8 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("tau must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
@@ -3681,34 +3777,34 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     # link 2 (elbow): axis of joint 1
     x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
     t50 = p_l_1 * h_2t_x
-    t54 = 2.0 * (omega_2_z * t35)
-    t55 = t30 + t50
-    t58 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
+    t53 = t30 + t50
+    t56 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
     # effort less bias force
-    t64 = tau_2 - J_2_x1 * x2_1_2_vr_x - qd_1 * C_2_c_z * 0.5
+    t62 = tau_2 - J_2_x1 * x2_1_2_vr_x - qd_1 * C_2_c_z * 0.5
     # solve: L D L^T
-    t66 = 1.0 / t30
-    t67 = t55 * t66
-    t75 = p_l_1 * (t22 + h_2t_x * 2.0) + (t30 + (p_I_1 + p_r_1 * t20) - t55 * t67)
-    t82 = tau_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t64 * t67
-    t85 = 1.0 / t75
-    t86 = (t82 - 0.5 * (qd_1 * C_1_n_z - qd_2 * t54)) * t85
+    t64 = 1.0 / t30
+    t65 = t53 * t64
+    t73 = p_l_1 * (t22 + h_2t_x * 2.0) + (t30 + (p_I_1 + p_r_1 * t20) - t53 * t65)
+    t77 = 2.0 * (omega_2_z * t35)
+    t82 = tau_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t62 * t65
+    t85 = 1.0 / t73
+    t86 = (t82 - 0.5 * (qd_1 * C_1_n_z - qd_2 * t77)) * t85
     # link 2 (elbow): change with its position
     t95 = J_2_x1 * (c_2 * a_2b_x + s_2 * (a_1r_y + p_l_1 * t86))
     # solve: L D L^T
-    t100 = t85 * (a_1r_x * h_1_x + a_1r_y * h_2t_y - t58 * t67)
-    t106 = t35 * (t86 + t64 * t66 - t67 * t86) + (t50 * (omega_2_z * omega_2_z) + t95)
-    t108 = t85 * (t106 - t67 * t95)
-    t114 = t85 * (C_1_n_z - C_2_c_z * t67)
-    t119 = t54 * t85
+    t100 = t85 * (a_1r_x * h_1_x + a_1r_y * h_2t_y - t56 * t65)
+    t106 = t35 * (t86 + t62 * t64 - t65 * t86) + (t50 * (omega_2_z * omega_2_z) + t95)
+    t108 = t85 * (t106 - t65 * t95)
+    t114 = t85 * (C_1_n_z - C_2_c_z * t65)
+    t119 = t77 * t85
     out[0 * S + k] = t100
     out[1 * S + k] = t108
     out[2 * S + k] = -t114
     out[3 * S + k] = t119
-    out[4 * S + k] = t58 * t66 - t67 * t100
-    out[5 * S + k] = t66 * t95 - t67 * t108
-    out[6 * S + k] = t67 * t114 - C_2_c_z * t66
-    out[7 * S + k] = -(t67 * t119)
+    out[4 * S + k] = t56 * t64 - t65 * t100
+    out[5 * S + k] = t64 * t95 - t65 * t108
+    out[6 * S + k] = t65 * t114 - C_2_c_z * t64
+    out[7 * S + k] = -(t65 * t119)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3740,6 +3836,8 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
@@ -3889,36 +3987,32 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     # link 2 (elbow): composite body, before its turn
     h_2t_x = c_2 * 0.1728
     h_2t_y = s_2 * 0.1728
-    t23 = qd_2 * s_2
+    t24 = qd_2 * s_2
     # link 1 (shoulder): composite body
     h_1_x = h_2t_x + 0.702
     # link 2 (elbow): axis of joint 1
     x0_1_2_vr_x = s_2 * 0.5
     x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
     g_2r_x = s_2 * a_1r_y + c_2 * a_1r_x
-    t38 = c_2 * 0.0864 + 0.046195200000000006
+    t39 = c_2 * 0.0864 + 0.046195200000000006
     # effort less bias force
-    t45 = u_2 - 0.1728 * x2_1_2_vr_x - 0.0864 * (qd_1 * v_2r_x)
+    t46 = u_2 - 0.1728 * x2_1_2_vr_x - 0.0864 * (qd_1 * v_2r_x)
     # solve: L D L^T
-    t47 = t38 * 21.647270712108615
-    # derivative of effort
-    t53 = omega_2_z * x0_1_2_vr_x
-    # solve: L D L^T
-    t60 = u_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t45 * t47 + 0.0864 * (qd_1 * t23)
-    t64 = 1.0 / (h_2t_x - t38 * t47 + 0.3523392)
-    t65 = (t60 + 0.1728 * (qd_2 * t53)) * t64
+    t48 = t39 * 21.647270712108615
+    t54 = omega_2_z * x0_1_2_vr_x
+    t61 = u_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t46 * t48 + 0.0864 * (qd_1 * t24)
+    t64 = 1.0 / (h_2t_x - t39 * t48 + 0.3523392)
+    t65 = (t61 + 0.1728 * (qd_2 * t54)) * t64
     # link 2 (elbow): acceleration
     t70 = c_2 * a_2b_x + s_2 * (a_1r_y + 0.5 * t65)
-    # link 2 (elbow): change with its position
-    t74 = 0.1728 * t70
     # solve: L D L^T
-    t78 = a_1r_x * h_1_x + a_1r_y * h_2t_y - 0.1728 * (g_2r_x * t47)
-    t79 = t64 * t78
-    t87 = x0_1_2_vr_x * (t65 + t45 * 21.647270712108615 - t47 * t65)
-    t90 = t74 - t47 * t74 + 0.0864 * (c_2 * (omega_2_z * omega_2_z))
-    t93 = t64 * (t90 + 0.1728 * t87)
-    t100 = 0.1728 * (t64 * (t23 + v_2r_x * t47))
-    t107 = t53 * t64 * 0.3456
+    t77 = a_1r_x * h_1_x + a_1r_y * h_2t_y - 0.1728 * (g_2r_x * t48)
+    t78 = t64 * t77
+    t83 = x0_1_2_vr_x * (t65 + t46 * 21.647270712108615 - t48 * t65)
+    t91 = 0.1728 * (t70 + t83 - t48 * t70) + 0.0864 * (c_2 * (omega_2_z * omega_2_z))
+    t92 = t64 * t91
+    t99 = 0.1728 * (t64 * (t24 + v_2r_x * t48))
+    t106 = t54 * t64 * 0.3456
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -3927,14 +4021,14 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[5 * S + k] = 0.0
     out[6 * S + k] = 0.0
     out[7 * S + k] = 1.0
-    out[8 * S + k] = t79
-    out[9 * S + k] = t93
-    out[10 * S + k] = t100
-    out[11 * S + k] = t107
-    out[12 * S + k] = g_2r_x * 3.740648379052369 - t47 * t79
-    out[13 * S + k] = t70 * 3.740648379052369 - t47 * t93
-    out[14 * S + k] = v_2r_x * -3.740648379052369 - t47 * t100
-    out[15 * S + k] = -(t47 * t107)
+    out[8 * S + k] = t78
+    out[9 * S + k] = t92
+    out[10 * S + k] = t99
+    out[11 * S + k] = t106
+    out[12 * S + k] = g_2r_x * 3.740648379052369 - t48 * t78
+    out[13 * S + k] = t70 * 3.740648379052369 - t48 * t92
+    out[14 * S + k] = v_2r_x * -3.740648379052369 - t48 * t99
+    out[15 * S + k] = -(t48 * t106)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3958,6 +4052,8 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4107,26 +4203,26 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     # link 2 (elbow): axis of joint 1
     x2_1_2_vr_x = c_2 * a_1r_y - s_2 * a_1r_x
     t50 = p_l_1 * h_2t_x
-    t54 = 2.0 * (omega_2_z * t35)
-    t55 = t30 + t50
-    t58 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
+    t53 = t30 + t50
+    t56 = J_2_x1 * (s_2 * a_1r_y + c_2 * a_1r_x)
     # effort less bias force
-    t64 = u_2 - J_2_x1 * x2_1_2_vr_x - qd_1 * C_2_c_z * 0.5
+    t62 = u_2 - J_2_x1 * x2_1_2_vr_x - qd_1 * C_2_c_z * 0.5
     # solve: L D L^T
-    t66 = 1.0 / t30
-    t67 = t55 * t66
-    t75 = p_l_1 * (t22 + h_2t_x * 2.0) + (t30 + (p_I_1 + p_r_1 * t20) - t55 * t67)
-    t84 = u_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t64 * t67 - 0.5 * (qd_1 * C_1_n_z - qd_2 * t54)
-    t85 = 1.0 / t75
+    t64 = 1.0 / t30
+    t65 = t53 * t64
+    t73 = p_l_1 * (t22 + h_2t_x * 2.0) + (t30 + (p_I_1 + p_r_1 * t20) - t53 * t65)
+    t77 = 2.0 * (omega_2_z * t35)
+    t84 = u_1 + a_1r_x * h_2t_y - a_1r_y * h_1_x - t62 * t65 - 0.5 * (qd_1 * C_1_n_z - qd_2 * t77)
+    t85 = 1.0 / t73
     t86 = t84 * t85
     # link 2 (elbow): change with its position
     t95 = J_2_x1 * (c_2 * a_2b_x + s_2 * (a_1r_y + p_l_1 * t86))
     # solve: L D L^T
-    t100 = t85 * (a_1r_x * h_1_x + a_1r_y * h_2t_y - t58 * t67)
-    t106 = t35 * (t86 + t64 * t66 - t67 * t86) + (t50 * (omega_2_z * omega_2_z) + t95)
-    t108 = t85 * (t106 - t67 * t95)
-    t114 = t85 * (C_1_n_z - C_2_c_z * t67)
-    t119 = t54 * t85
+    t100 = t85 * (a_1r_x * h_1_x + a_1r_y * h_2t_y - t56 * t65)
+    t106 = t35 * (t86 + t62 * t64 - t65 * t86) + (t50 * (omega_2_z * omega_2_z) + t95)
+    t108 = t85 * (t106 - t65 * t95)
+    t114 = t85 * (C_1_n_z - C_2_c_z * t65)
+    t119 = t77 * t85
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 1.0
@@ -4139,10 +4235,10 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[9 * S + k] = t108
     out[10 * S + k] = -t114
     out[11 * S + k] = t119
-    out[12 * S + k] = t58 * t66 - t67 * t100
-    out[13 * S + k] = t66 * t95 - t67 * t108
-    out[14 * S + k] = t67 * t114 - C_2_c_z * t66
-    out[15 * S + k] = -(t67 * t119)
+    out[12 * S + k] = t56 * t64 - t65 * t100
+    out[13 * S + k] = t64 * t95 - t65 * t108
+    out[14 * S + k] = t65 * t114 - C_2_c_z * t64
+    out[15 * S + k] = -(t65 * t119)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4170,6 +4266,8 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -4324,6 +4422,8 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
@@ -4487,6 +4587,8 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 8:
         raise ValueError("out must have 8 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
@@ -4684,6 +4786,8 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("qdd must have 2 entries")
     if out.size != 26:
         raise ValueError("out must have 26 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
 
 
@@ -4908,6 +5012,8 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 26:
         raise ValueError("out must have 26 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
 
 
@@ -5046,7 +5152,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
-    t9 = c_2 * 0.0864 + 0.046195200000000006
+    t9 = 0.046195200000000006 + c_2 * 0.0864
     # link 1 (shoulder): acceleration
     a_1r_y = c_1 * 9.81
     # link 1 (shoulder): products of angular velocity
@@ -5071,30 +5177,30 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 2 (elbow): acceleration of its joint
     a_2b_y = a_1r_y + 0.5 * t48
     # link 2 (elbow): acceleration
-    t58 = t21 - c_2 * a_2b_y
+    t59 = t21 - c_2 * a_2b_y
     # derivative: link 2 (elbow): acceleration
-    t59 = s_2 * s_1 - c_2 * c_1
-    t60 = s_2 * w_1_zz + c_2 * t48
+    t60 = s_2 * s_1 - c_2 * c_1
+    t61 = s_2 * w_1_zz + c_2 * t48
     # link 2 (elbow): angular acceleration
-    alpha_2_z = t48 + t29 * 21.647270712108615 - t31 * t48
+    t63 = t31 * t48 - (t48 + t29 * 21.647270712108615)
     # derivative: link 2 (elbow): Euler, inertial moment
-    t68 = t58 * 0.2 - alpha_2_z * 0.04000000000000001
-    t73 = t58 * 0.864 - alpha_2_z * 0.3456
+    t68 = t59 * 0.2 + t63 * 0.04000000000000001
+    t73 = t59 * 0.864 + t63 * 0.3456
     # derivative: link 2 (elbow): force, before its turn
-    t75 = t28 - c_2 * alpha_2_z
+    t75 = t28 + c_2 * t63
     # derivative of effort
-    t76 = 0.1728 * t59
+    t76 = 0.1728 * t60
     # solve: L D L^T
-    t82 = t47 * (t31 * t76 + (c_1 * 0.702 - t76))
-    t96 = c_1 * 8.47584 + t48 * 0.864 + 0.1728 * (t60 - t75 - t31 * t60)
-    t97 = t47 * t96
-    t107 = t47 * (c_1 * 2.4525 + t48 * 0.0625)
-    t120 = t31 * t68 + (c_1 * 4.905 + t48 * 0.25 - t68 - t75 * 0.1)
-    t121 = t47 * t120
-    t131 = t47 * (c_1 * 10.594800000000001 + t48 * 0.54)
+    t113 = t47 * (t76 - c_1 * 0.702 - t31 * t76)
+    t119 = 0.1728 * (t75 - t61) - c_1 * 8.47584 - t48 * 0.864 - t31 * (-0.1728 * t61)
+    t120 = t47 * t119
+    t125 = t47 * (c_1 * -2.4525 - t48 * 0.0625)
+    t129 = t75 * 0.1 + (t68 - c_1 * 4.905 - t48 * 0.25) - t31 * t68
+    t130 = t47 * t129
+    t134 = t47 * (c_1 * -10.594800000000001 - t48 * 0.54)
     t139 = t47 * (t73 + t75 * 0.432 - t31 * t73)
-    t143 = t47 * t48
-    t148 = t47 * (alpha_2_z - t31 * alpha_2_z)
+    t143 = t47 * -t48
+    t148 = t47 * (t63 - t31 * t63)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5121,32 +5227,139 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = -t82
-    out[27 * S + k] = -t97
+    out[26 * S + k] = t113
+    out[27 * S + k] = t120
     out[28 * S + k] = 0.0
-    out[29 * S + k] = -t107
-    out[30 * S + k] = -t121
-    out[31 * S + k] = -t131
+    out[29 * S + k] = t125
+    out[30 * S + k] = t130
+    out[31 * S + k] = t134
     out[32 * S + k] = t139
-    out[33 * S + k] = -t143
-    out[34 * S + k] = -t148
+    out[33 * S + k] = t143
+    out[34 * S + k] = t148
     out[35 * S + k] = 0.0
     out[36 * S + k] = 0.0
     out[37 * S + k] = 0.0
     out[38 * S + k] = 0.0
-    out[39 * S + k] = t31 * t82 + t59 * 3.740648379052369
-    out[40 * S + k] = t31 * t97 - t60 * 3.740648379052369
+    out[39 * S + k] = t60 * 3.740648379052369 - t31 * t113
+    out[40 * S + k] = t61 * -3.740648379052369 - t31 * t120
     out[41 * S + k] = 0.0
-    out[42 * S + k] = t31 * t107
-    out[43 * S + k] = t31 * t121 + 21.647270712108615 * t68
-    out[44 * S + k] = t31 * t131
+    out[42 * S + k] = -(t31 * t125)
+    out[43 * S + k] = 21.647270712108615 * t68 - t31 * t130
+    out[44 * S + k] = -(t31 * t134)
     out[45 * S + k] = 21.647270712108615 * t73 - t31 * t139
-    out[46 * S + k] = t31 * t143
-    out[47 * S + k] = t31 * t148 - 21.647270712108615 * alpha_2_z
+    out[46 * S + k] = -(t31 * t143)
+    out[47 * S + k] = 21.647270712108615 * t63 - t31 * t148
     out[48 * S + k] = 0.0
     out[49 * S + k] = 0.0
     out[50 * S + k] = 0.0
     out[51 * S + k] = 0.0
+
+
+_state_derivative_parameter_jacobian_columns = _columns(26, 13, (0, 0), ((1, 0),))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
+    q_1 = x[0 * S + k]
+    q_2 = x[1 * S + k]
+    qd_1 = x[2 * S + k]
+    qd_2 = x[3 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
+    t9 = 0.046195200000000006 + c_2 * 0.0864
+    # link 1 (shoulder): acceleration
+    a_1r_y = c_1 * 9.81
+    # link 1 (shoulder): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 2 (elbow): acceleration of its joint
+    a_2b_x = s_1 * 9.81 - w_1_zz * 0.5
+    # link 2 (elbow): acceleration
+    t21 = s_2 * a_2b_x
+    # link 2 (elbow): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (elbow): Euler, inertial moment
+    N_2_z = (t21 - c_2 * a_1r_y) * -0.1728
+    # link 2 (elbow): force, before its turn
+    t28 = s_2 * (omega_2_z * omega_2_z)
+    # effort less bias force
+    t29 = u_2 - N_2_z
+    # solve: L D L^T
+    t31 = t9 * 21.647270712108615
+    t45 = u_1 - c_1 * 6.88662 - N_2_z + 0.0864 * t28 - t29 * t31
+    t47 = 1.0 / (c_2 * 0.1728 - t9 * t31 + 0.3523392)
+    t48 = t45 * t47
+    # link 2 (elbow): acceleration of its joint
+    a_2b_y = a_1r_y + 0.5 * t48
+    # link 2 (elbow): acceleration
+    t59 = t21 - c_2 * a_2b_y
+    # derivative: link 2 (elbow): acceleration
+    t61 = s_2 * w_1_zz + c_2 * t48
+    # link 2 (elbow): angular acceleration
+    t63 = t31 * t48 - (t48 + t29 * 21.647270712108615)
+    # derivative: link 2 (elbow): Euler, inertial moment
+    t68 = t59 * 0.2 + t63 * 0.04000000000000001
+    t73 = t59 * 0.864 + t63 * 0.3456
+    # derivative: link 2 (elbow): force, before its turn
+    t75 = t28 + c_2 * t63
+    # derivative of effort
+    t76 = 0.1728 * (s_2 * s_1 - c_2 * c_1)
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = t76 - c_1 * 0.702
+    out[27 * S + k] = 0.1728 * (t75 - t61) - c_1 * 8.47584 - t48 * 0.864
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = c_1 * -2.4525 - t48 * 0.0625
+    out[30 * S + k] = t75 * 0.1 + (t68 - c_1 * 4.905 - t48 * 0.25)
+    out[31 * S + k] = c_1 * -10.594800000000001 - t48 * 0.54
+    out[32 * S + k] = t73 + t75 * 0.432
+    out[33 * S + k] = -t48
+    out[34 * S + k] = t63
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = t76
+    out[40 * S + k] = -0.1728 * t61
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = t68
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = t73
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = t63
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    factor_1_0 = t31
+    reciprocal_0 = t47
+    reciprocal_1 = 21.647270712108615
+    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, reciprocal_0, reciprocal_1,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5157,7 +5370,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(52)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
     return out.reshape((4, 13))
 
 
@@ -5170,7 +5383,9 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("u must have 2 entries")
     if out.size != 52:
         raise ValueError("out must have 52 entries")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5178,7 +5393,7 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 58:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 58 numbers: x, u, result")
-    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5320,44 +5535,48 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t38 = s_2 * a_2b_x
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
+    # link 2 (elbow): products of angular velocity
+    w_2_zz = omega_2_z * omega_2_z
     # link 2 (elbow): Euler, inertial moment
-    t42 = J_2_x1 * (t38 - c_2 * a_1r_y)
+    t43 = J_2_x1 * (t38 - c_2 * a_1r_y)
     # derivative: link 2 (elbow): force, before its turn
-    t44 = s_2 * (omega_2_z * omega_2_z)
+    t44 = s_2 * w_2_zz
     # link 2 (elbow): force, before its turn
     t45 = J_2_x1 * t44
     # effort less bias force
-    t47 = u_2 + t42
+    t47 = u_2 + t43
     # solve: L D L^T
     t49 = 1.0 / t22
     t50 = t23 * t49
     t57 = t22 + (p_m_2 * t18 + (p_I_1 + p_m_1 * t16) + t21 * 2.0)
     t64 = 1.0 / (t57 - t23 * t50)
-    t65 = (p_l_1 * t45 + (t42 + (u_1 - N_1_z)) - t47 * t50) * t64
+    t65 = (p_l_1 * t45 + (t43 + (u_1 - N_1_z)) - t47 * t50) * t64
     # link 2 (elbow): acceleration of its joint
     a_2b_y = a_1r_y + p_l_1 * t65
     # link 2 (elbow): acceleration
     t82 = t38 - c_2 * a_2b_y
     # link 2 (elbow): angular acceleration
-    alpha_2_z = t65 + t47 * t49 - t50 * t65
+    t86 = t50 * t65 - (t65 + t47 * t49)
     # derivative: link 2 (elbow): Euler, inertial moment
     t90 = J_2_x1 * (s_2 * s_1 - c_2 * c_1)
     t91 = J_2_x1 * (s_2 * w_1_zz + c_2 * t65)
-    t92 = t13 * alpha_2_z - p_r_2 * t82
-    t95 = p_m_2 * t82 - 2.0 * (J_2_x1 * alpha_2_z)
     # derivative: link 2 (elbow): force, before its turn
-    t98 = t44 - c_2 * alpha_2_z
+    t94 = t44 + c_2 * t86
+    # derivative of effort
+    t102 = t20 * t86 + (t45 - p_m_2 * a_1r_y - t91) - 2.0 * (t27 * t65)
+    t103 = -t91
+    t109 = t13 * t86 + p_r_2 * t82
+    t118 = p_m_2 * t82 + 2.0 * (J_2_x1 * t86)
     # solve: L D L^T
-    t103 = t64 * (t50 * t90 + (J_1_x1 * c_1 - t90))
-    t113 = t50 * t91 + (t45 - p_m_2 * a_1r_y - t91 - t20 * alpha_2_z)
-    t116 = t64 * (t113 - 2.0 * (t27 * t65))
-    t122 = t64 * (p_r_1 * a_1r_y + t16 * t65)
-    t131 = p_l_1 * (a_1r_y - p_r_2 * t98) + (t18 * t65 + t92 - t50 * t92)
-    t132 = t64 * t131
-    t140 = t64 * (p_m_1 * a_1r_y + 2.0 * (t28 * t65))
-    t146 = t64 * (t95 + t27 * t98 - t50 * t95)
-    t150 = t64 * t65
-    t155 = t64 * (alpha_2_z - t50 * alpha_2_z)
+    t123 = t64 * (t90 - J_1_x1 * c_1 - t50 * t90)
+    t129 = t64 * (t102 - t50 * t103)
+    t133 = t64 * -(p_r_1 * a_1r_y + t16 * t65)
+    t137 = t109 - t18 * t65 - p_l_1 * (a_1r_y - p_r_2 * t94) - t50 * t109
+    t138 = t64 * t137
+    t142 = t64 * (t28 * t65 * -2.0 - p_m_1 * a_1r_y)
+    t147 = t64 * (t27 * t94 + t118 - t50 * t118)
+    t151 = t64 * -t65
+    t156 = t64 * (t86 - t50 * t86)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5384,32 +5603,169 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = -t103
-    out[27 * S + k] = t116
+    out[26 * S + k] = t123
+    out[27 * S + k] = t129
     out[28 * S + k] = 0.0
-    out[29 * S + k] = -t122
-    out[30 * S + k] = -t132
-    out[31 * S + k] = -t140
-    out[32 * S + k] = t146
-    out[33 * S + k] = -t150
-    out[34 * S + k] = -t155
+    out[29 * S + k] = t133
+    out[30 * S + k] = t138
+    out[31 * S + k] = t142
+    out[32 * S + k] = t147
+    out[33 * S + k] = t151
+    out[34 * S + k] = t156
     out[35 * S + k] = 0.0
     out[36 * S + k] = 0.0
     out[37 * S + k] = 0.0
     out[38 * S + k] = 0.0
-    out[39 * S + k] = t49 * t90 + t50 * t103
-    out[40 * S + k] = -(t49 * t91 + t50 * t116)
+    out[39 * S + k] = t49 * t90 - t50 * t123
+    out[40 * S + k] = t49 * t103 - t50 * t129
     out[41 * S + k] = 0.0
-    out[42 * S + k] = t50 * t122
-    out[43 * S + k] = t50 * t132 - t49 * t92
-    out[44 * S + k] = t50 * t140
-    out[45 * S + k] = t49 * t95 - t50 * t146
-    out[46 * S + k] = t50 * t150
-    out[47 * S + k] = t50 * t155 - t49 * alpha_2_z
+    out[42 * S + k] = -(t50 * t133)
+    out[43 * S + k] = t49 * t109 - t50 * t138
+    out[44 * S + k] = -(t50 * t142)
+    out[45 * S + k] = t49 * t118 - t50 * t147
+    out[46 * S + k] = -(t50 * t151)
+    out[47 * S + k] = t49 * t86 - t50 * t156
     out[48 * S + k] = 0.0
     out[49 * S + k] = 0.0
     out[50 * S + k] = 0.0
     out[51 * S + k] = 0.0
+
+
+_state_derivative_parameter_jacobian_p_columns = _columns(26, 13, (0, 0), ((1, 0),))
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
+    q_1 = x[0 * S + k]
+    q_2 = x[1 * S + k]
+    qd_1 = x[2 * S + k]
+    qd_2 = x[3 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    p_g = p[0]
+    p_l_1 = p[1]
+    p_m_1 = p[3]
+    p_m_2 = p[4]
+    p_r_1 = p[5]
+    p_r_2 = p[6]
+    p_I_1 = p[7]
+    p_I_2 = p[8]
+    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
+    # link 2 (elbow): base parameters
+    t13 = p_r_2 * p_r_2
+    J_2_x1 = p_m_2 * p_r_2
+    # link 1 (shoulder): base parameters
+    t16 = p_r_1 * p_r_1
+    t18 = p_l_1 * p_l_1
+    # link 1 (shoulder): composite body
+    t20 = c_2 * J_2_x1
+    t21 = p_l_1 * t20
+    t22 = p_I_2 + p_m_2 * t13
+    t23 = t21 + t22
+    # link 1 (shoulder): base parameters
+    t27 = p_l_1 * p_m_2
+    t28 = p_m_1 * p_r_1
+    J_1_x1 = t27 + t28
+    # link 1 (shoulder): acceleration
+    a_1r_x = p_g * s_1
+    a_1r_y = p_g * c_1
+    # link 1 (shoulder): products of angular velocity
+    w_1_zz = qd_1 * qd_1
+    # link 1 (shoulder): Euler, inertial moment
+    N_1_z = J_1_x1 * a_1r_y
+    # link 2 (elbow): acceleration of its joint
+    a_2b_x = a_1r_x - p_l_1 * w_1_zz
+    # link 2 (elbow): acceleration
+    t38 = s_2 * a_2b_x
+    # link 2 (elbow): angular velocity
+    omega_2_z = qd_1 + qd_2
+    # link 2 (elbow): products of angular velocity
+    w_2_zz = omega_2_z * omega_2_z
+    # link 2 (elbow): Euler, inertial moment
+    t43 = J_2_x1 * (t38 - c_2 * a_1r_y)
+    # derivative: link 2 (elbow): force, before its turn
+    t44 = s_2 * w_2_zz
+    # link 2 (elbow): force, before its turn
+    t45 = J_2_x1 * t44
+    # effort less bias force
+    t47 = u_2 + t43
+    # solve: L D L^T
+    t49 = 1.0 / t22
+    t50 = t23 * t49
+    t57 = t22 + (p_m_2 * t18 + (p_I_1 + p_m_1 * t16) + t21 * 2.0)
+    t64 = 1.0 / (t57 - t23 * t50)
+    t65 = (p_l_1 * t45 + (t43 + (u_1 - N_1_z)) - t47 * t50) * t64
+    # link 2 (elbow): acceleration of its joint
+    a_2b_y = a_1r_y + p_l_1 * t65
+    # link 2 (elbow): acceleration
+    t82 = t38 - c_2 * a_2b_y
+    # link 2 (elbow): angular acceleration
+    t86 = t50 * t65 - (t65 + t47 * t49)
+    # derivative: link 2 (elbow): Euler, inertial moment
+    t90 = J_2_x1 * (s_2 * s_1 - c_2 * c_1)
+    t91 = J_2_x1 * (s_2 * w_1_zz + c_2 * t65)
+    # derivative: link 2 (elbow): force, before its turn
+    t94 = t44 + c_2 * t86
+    # derivative of effort
+    t102 = t20 * t86 + (t45 - p_m_2 * a_1r_y - t91) - 2.0 * (t27 * t65)
+    t109 = t13 * t86 + p_r_2 * t82
+    t118 = p_m_2 * t82 + 2.0 * (J_2_x1 * t86)
+    out[0 * S + k] = 0.0
+    out[1 * S + k] = 0.0
+    out[2 * S + k] = 0.0
+    out[3 * S + k] = 0.0
+    out[4 * S + k] = 0.0
+    out[5 * S + k] = 0.0
+    out[6 * S + k] = 0.0
+    out[7 * S + k] = 0.0
+    out[8 * S + k] = 0.0
+    out[9 * S + k] = 0.0
+    out[10 * S + k] = 0.0
+    out[11 * S + k] = 0.0
+    out[12 * S + k] = 0.0
+    out[13 * S + k] = 0.0
+    out[14 * S + k] = 0.0
+    out[15 * S + k] = 0.0
+    out[16 * S + k] = 0.0
+    out[17 * S + k] = 0.0
+    out[18 * S + k] = 0.0
+    out[19 * S + k] = 0.0
+    out[20 * S + k] = 0.0
+    out[21 * S + k] = 0.0
+    out[22 * S + k] = 0.0
+    out[23 * S + k] = 0.0
+    out[24 * S + k] = 0.0
+    out[25 * S + k] = 0.0
+    out[26 * S + k] = t90 - J_1_x1 * c_1
+    out[27 * S + k] = t102
+    out[28 * S + k] = 0.0
+    out[29 * S + k] = -(p_r_1 * a_1r_y + t16 * t65)
+    out[30 * S + k] = t109 - t18 * t65 - p_l_1 * (a_1r_y - p_r_2 * t94)
+    out[31 * S + k] = t28 * t65 * -2.0 - p_m_1 * a_1r_y
+    out[32 * S + k] = t27 * t94 + t118
+    out[33 * S + k] = -t65
+    out[34 * S + k] = t86
+    out[35 * S + k] = 0.0
+    out[36 * S + k] = 0.0
+    out[37 * S + k] = 0.0
+    out[38 * S + k] = 0.0
+    out[39 * S + k] = t90
+    out[40 * S + k] = -t91
+    out[41 * S + k] = 0.0
+    out[42 * S + k] = 0.0
+    out[43 * S + k] = t109
+    out[44 * S + k] = 0.0
+    out[45 * S + k] = t118
+    out[46 * S + k] = 0.0
+    out[47 * S + k] = t86
+    out[48 * S + k] = 0.0
+    out[49 * S + k] = 0.0
+    out[50 * S + k] = 0.0
+    out[51 * S + k] = 0.0
+    factor_1_0 = t50
+    reciprocal_0 = t64
+    reciprocal_1 = t49
+    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, reciprocal_0, reciprocal_1,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5422,7 +5778,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(52)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 13))
 
 
@@ -5437,7 +5793,9 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 52:
         raise ValueError("out must have 52 entries")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5445,7 +5803,7 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 71 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5597,6 +5955,8 @@ def forward_kinematics_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics(q, out.ravel(), 0, 1, _together)
 
 
@@ -5738,6 +6098,8 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 16:
         raise ValueError("out must have 16 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -5872,6 +6234,8 @@ def jacobian_into(q, out):
         raise ValueError("q must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian(q, out.ravel(), 0, 1, _together)
 
 
@@ -6004,6 +6368,8 @@ def jacobian_p_into(q, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_p(q, p, out.ravel(), 0, 1, _together)
 
 
@@ -6143,6 +6509,8 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -6297,6 +6665,8 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 12:
         raise ValueError("out must have 12 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 
@@ -6710,6 +7080,8 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("qd must have 2 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
 
 
@@ -6858,6 +7230,8 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("p must have 13 entries")
     if out.size != 4:
         raise ValueError("out must have 4 entries")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
     _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.program.alike import Optimizer
+from symdyn.program.columns import Columns
+from symdyn.program.cost import count
 from symdyn.program.functions import Function, fold_parameters
 from symdyn.program.optimize import CostRow
 from symdyn.program.ssa import Program
@@ -17,13 +19,15 @@ from symdyn.program.ssa import Program
 class Form:
     """A function as it is printed: NAME with numbers for parameters, or NAME_p with the vector ``p`` at the end.
 
-    ``program.name`` is that of the function; ``costs`` is what each pass did to it.
+    ``program.name`` is that of the function; ``costs`` is what each pass did to it. ``columns``, where there is one, is
+    the same with its last step left to code that solves for many columns at once.
     """
 
     name: str
     doc: str
     program: Program
     costs: tuple[CostRow, ...]
+    columns: Columns | None = None
 
 
 def forms(equations: EquationsOfMotion, functions: Sequence[Function]) -> tuple[Form, ...]:
@@ -42,5 +46,12 @@ def _forms(equations: EquationsOfMotion, functions: Sequence[Function]) -> Itera
 
 
 def _form(optimizer: Optimizer, function: Function, name: str, doc: str) -> Form:
-    optimized = optimizer.optimize(function.program)
-    return Form(name, doc, optimized.program, optimized.costs)
+    if function.columns is None:
+        optimized = optimizer.optimize(function.program)
+        return Form(name, doc, optimized.program, optimized.costs)
+    # The last step as it is: passes would make its columns unlike one another, and find nothing in it.
+    optimized = optimizer.optimize(function.columns.head)
+    columns = replace(function.columns, head=optimized.program)
+    program = columns.whole()
+    left = count(program) - count(optimized.program)
+    return Form(name, doc, program, tuple(replace(row, cost=row.cost + left) for row in optimized.costs), columns)

@@ -10,22 +10,23 @@ from types import MappingProxyType
 from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit.forms import Form
-from symdyn.emit.numba_printer import body_lines
+from symdyn.emit.numba_printer import body_lines, lines_before_columns
 from symdyn.emit.printer import PARAMETERS
 from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
-from symdyn.program.ssa import Argument, Program
+from symdyn.program.columns import Columns
+from symdyn.program.ssa import Argument
 
 BLOCK = 32  # states that are computed together: their vectors stay in the first cache
 SIDE = 8  # of the squares that rows are transposed by: as many doubles as the widest vector holds
-TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2")
+TEMPLATES = ("numba/kernel.py.j2", "numba/function.py.j2", "numba/columns.py.j2")
 
 
 def kernel_source(
     equations: EquationsOfMotion, forms: Sequence[Form], further: Mapping[str, str] = MappingProxyType({})
 ) -> str:
     """The text of kernel.py: the forms of all functions as one module; ``further`` constants by name."""
-    pieces = [_function(form.program, form.name, form.doc) for form in forms]
+    pieces = [_function(form) for form in forms]
     return render(
         "numba/kernel.py.j2",
         {
@@ -47,7 +48,8 @@ def _tables(equations: EquationsOfMotion, further: Mapping[str, str]) -> str:
     return "\n".join(f"{name} = {value}" for name, value in (rows | dict(further)).items())
 
 
-def _function(program: Program, name: str, doc: str) -> str:
+def _function(form: Form) -> str:
+    program, name = form.program, form.name
     arguments = program.arguments
     states = [a for a in arguments if a.name != PARAMETERS]
     size, shape = math.prod(program.shape), program.shape
@@ -58,8 +60,10 @@ def _function(program: Program, name: str, doc: str) -> str:
         "numba/function.py.j2",
         {
             "name": name,
-            "doc": doc,
+            "doc": form.doc,
             "body": "\n".join(body_lines(program) or ["    pass"]),
+            "single": _single(form.columns, name) if form.columns else "",
+            "of_one": f"_{name}_of_one" if form.columns else f"_{name}",
             "arguments": ", ".join(a.name for a in arguments),
             "first": states[0].name,
             "size": str(size),
@@ -73,7 +77,7 @@ def _function(program: Program, name: str, doc: str) -> str:
             "packed_names": ", ".join(a.name for a in arguments),
             "packed_arguments": ", ".join(f"both[{i}:{j}]" for i, j in pairwise(offsets)),
             "flat": "" if flat else ".ravel()",
-            "out_check": f"out.size != {size}",
+            "out_checks": "\n".join(_out_checks(size, flat)),
             "scratch_arguments": _each(arguments, states, "{}_"),
             "flat_arguments": _each(arguments, states, "np.asarray({}, np.float64).ravel()"),
             "flattened": "\n".join(f"    {a.name} = np.asarray({a.name}, np.float64).ravel()" for a in states),
@@ -85,6 +89,30 @@ def _function(program: Program, name: str, doc: str) -> str:
             "reshape_columns": "" if flat else f".reshape(({', '.join(map(str, shape))}, count))",
         },
     )
+
+
+def _single(columns: Columns, name: str) -> str:
+    """The body for a single state, whose last step takes many columns at once."""
+    body, numbers = lines_before_columns(columns)
+    return render(
+        "numba/columns.py.j2",
+        {
+            "name": name,
+            "start": str(columns.start),
+            "width": str(columns.width),
+            "first": repr(columns.first),
+            "places": repr(columns.factors),
+            "arguments": ", ".join(a.name for a in columns.head.arguments),
+            "body": "\n".join(body),
+            "numbers": ", ".join(numbers),
+        },
+    )
+
+
+def _out_checks(size: int, flat: bool) -> Iterator[str]:
+    yield f'    if out.size != {size}:\n        raise ValueError("out must have {size} entries")'
+    if not flat:  # what is not contiguous would be copied, and the copy written to
+        yield '    if not out.flags.c_contiguous:\n        raise ValueError("out must be contiguous")'
 
 
 def _each(arguments: Sequence[Argument], states: Sequence[Argument], text: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 from symdyn.program.ssa import NULLARY, Op, Program
 
@@ -30,6 +30,12 @@ class Cost:
     def lines(self) -> int:
         """All operations."""
         return self.additions + self.multiplications + self.divisions + self.trigonometric + self.other
+
+    def __add__(self, other: Cost) -> Cost:
+        return Cost(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
+
+    def __sub__(self, other: Cost) -> Cost:
+        return Cost(*(a - b for a, b in zip(astuple(self), astuple(other), strict=True)))
 
 
 def count(program: Program) -> Cost:

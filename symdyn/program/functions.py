@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 import sympy as sp
 
@@ -14,6 +15,7 @@ from symdyn.derive.coordinates import joint_coordinates
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.derive.steps import Step, Steps
 from symdyn.program.builder import Builder
+from symdyn.program.columns import Columns, columns
 from symdyn.program.compose import inline
 from symdyn.program.differentiate import differentiate
 from symdyn.program.effort_tangent import effort_tangent
@@ -92,16 +94,16 @@ class _Functions:
                 self.inverse_jacobian(required, tangent),
                 "d inverse_dynamics / d [q, qd], (n, 2 n)" + self.unless_loaded("qdd it is the mass matrix"),
             ),
-            Function(
+            _solving(
                 self.forward_jacobian(tangent),
                 "d forward_dynamics / d [q, qd], (n, 2 n)"
                 + self.unless_loaded("tau it is the inverse of the mass matrix"),
             ),
-            Function(
+            _solving(
                 self.drift_jacobian(tangent, driving),
                 "A = d state_derivative / d x.",
             ),
-            Function(
+            _solving(
                 self.state_jacobian("state_derivative_input_jacobian", self.u, forward, mass, driving),
                 "B = d state_derivative / d u.",
             ),
@@ -111,7 +113,7 @@ class _Functions:
             needed = differentiate(affine, self.p.symbols, "needed") if equations.loads else regressor
             found += [
                 Function(regressor, "Regressor: d inverse_dynamics / d p, (n, number of parameters)."),
-                Function(
+                _solving(
                     self.state_jacobian("state_derivative_parameter_jacobian", self.p, forward, mass, driving, needed),
                     "d state_derivative / d p.",
                 ),
@@ -240,7 +242,7 @@ class _Functions:
         arguments = (self.q, self.qd, self.qdd, self.p)
         return builder.program("inverse_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))
 
-    def forward_jacobian(self, tangent: Program) -> Program:
+    def forward_jacobian(self, tangent: Program) -> Columns:
         builder, driven = Builder(), []
         efforts: Sequence[int] = [builder.input(symbol) for symbol in self.tau.symbols]
         if self.equations.loads:
@@ -248,10 +250,9 @@ class _Functions:
             efforts = inline(builder, left)
             driven = _columns(inline(builder, differentiate(left, wrt, "driven")), self.n)
         mass, needed = self.forward_tangent(builder, tangent, efforts)
-        columns = self.implicit(builder, mass, needed, driven)
-        outputs = [column[i] for i in range(self.n) for column in columns]
         arguments = (self.q, self.qd, self.tau, self.p)
-        return builder.program("forward_dynamics_state_jacobian", arguments, outputs, (self.n, 2 * self.n))
+        right = self.implicit(builder, needed, driven)
+        return columns(builder, "forward_dynamics_state_jacobian", arguments, mass, right)
 
     def forward_tangent(
         self, builder: Builder, tangent: Program, efforts: Sequence[int]
@@ -263,7 +264,7 @@ class _Functions:
         given = dict(zip(self.qdd.symbols, accelerations, strict=True))
         return mass, _columns(inline(builder, tangent, given), n)[: 2 * n]
 
-    def drift_jacobian(self, tangent: Program, actuation: Program) -> Program:
+    def drift_jacobian(self, tangent: Program, actuation: Program) -> Columns:
         """d state_derivative / d x."""
         builder = Builder()
         mass, needed = self.forward_tangent(builder, tangent, inline(builder, actuation))
@@ -277,7 +278,7 @@ class _Functions:
         mass: Program,
         actuation: Program,
         tangent: Program | None = None,
-    ) -> Program:
+    ) -> Columns:
         """d state_derivative / d ``wrt``; ``tangent`` is inverse dynamics' own derivative, where there is one."""
         builder = Builder()
         accelerations = self.accelerations(builder, forward, actuation)
@@ -294,36 +295,31 @@ class _Functions:
         mass: Sequence[Sequence[int]],
         actuation: Program,
         needed: Sequence[Sequence[int]],
-    ) -> Program:
+    ) -> Columns:
         driven = _columns(inline(builder, differentiate(actuation, wrt.symbols, "driven")), self.n)
-        columns = self.implicit(builder, mass, needed, driven)
+        right = self.implicit(builder, needed, driven)
         zero, one = builder.constant(0.0), builder.constant(1.0)
         speeds = [one if symbol == own else zero for own in self.qd.symbols for symbol in wrt.symbols]
         rates = inline(builder, differentiate(self.rates(), wrt.symbols, "rates"))
-        outputs = (*speeds, *(column[i] for i in range(self.n) for column in columns), *rates)
-        return builder.program(name, (self.x, self.u, self.p), outputs, (len(self.x.symbols), len(wrt.symbols)))
+        return columns(builder, name, (self.x, self.u, self.p), mass, right, speeds, rates)
 
     def implicit(
-        self,
-        builder: Builder,
-        mass: Sequence[Sequence[int]],
-        needed: Sequence[Sequence[int]],
-        driven: Sequence[Sequence[int]] = (),
+        self, builder: Builder, needed: Sequence[Sequence[int]], driven: Sequence[Sequence[int]] = ()
     ) -> list[tuple[int, ...]]:
-        """Columns of d qdd / d w by the implicit function theorem: M d qdd = d actuation - d inverse_dynamics.
+        """Right sides of the implicit function theorem: M d qdd / d w = d actuation / d w - d inverse_dynamics / d w.
 
-        ``needed`` are the columns of the latter, ``driven`` of the former; what either lacks is zero. The factors of M
-        are at hand, and cost nothing again.
+        ``needed`` are the columns of the latter, ``driven`` of the former; what either lacks is zero.
         """
         none = (builder.constant(0.0),) * self.n
-        found = []
-        for k in range(max(len(needed), len(driven))):
-            minus = needed[k] if k < len(needed) else none
-            plus = driven[k] if k < len(driven) else none
-            origin = "derivative of effort"
-            right = [fold(builder, Op.SUB, pair, origin) for pair in zip(plus, minus, strict=True)]
-            found.append(solve_symmetric(builder, mass, right))
-        return found
+        pairs = zip_longest(driven, needed, fillvalue=none)
+        return [
+            tuple(fold(builder, Op.SUB, pair, "derivative of effort") for pair in zip(plus, minus, strict=True))
+            for plus, minus in pairs
+        ]
+
+
+def _solving(ending: Columns, doc: str) -> Function:
+    return Function(ending.whole(), doc, ending if ending.wide else None)
 
 
 def _rows(entries: Sequence[int], width: int) -> list[Sequence[int]]:
@@ -347,5 +343,7 @@ def fold_parameters(function: Function, values: Sequence[float]) -> Function:
     parameters = next(a for a in function.program.arguments if a.name == "p")
     if not all(math.isfinite(value) for value in values):
         raise ValueError("a parameter is left free")
-    bound = bind(function.program, dict(zip(parameters.symbols, values, strict=True)), drop=("p",))
-    return Function(bound, function.doc)
+    given = dict(zip(parameters.symbols, values, strict=True))
+    if function.columns is not None:
+        return _solving(function.columns.bound(given, ("p",)), function.doc)
+    return Function(bind(function.program, given, drop=("p",)), function.doc)

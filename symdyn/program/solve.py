@@ -15,22 +15,22 @@ def solve_symmetric(builder: Builder, matrix: Sequence[Sequence[int]], right: Se
 
     No pivoting: a mass matrix is positive definite, else the robot was refused.
     """
-    work = _Factors(builder, matrix)
+    work = Factors(builder, matrix)
     zero, n = work.zero, len(right)
     x = list(right)
     for k in range(n - 1, -1, -1):
         for i in range(k):
-            x[i] = work.minus(x[i], work.times(work.factors[k][i], x[k]))
+            x[i] = work.minus(x[i], work.times(work.below[k][i], x[k]))
     x = [v if v == zero else builder.intern(Op.DIV, (v, work.pivots[k]), ORIGIN) for k, v in enumerate(x)]
     for k in range(n):
         for i in range(k):
-            x[k] = work.minus(x[k], work.times(work.factors[k][i], x[i]))
+            x[k] = work.minus(x[k], work.times(work.below[k][i], x[i]))
     return tuple(x)
 
 
 def invert_symmetric(builder: Builder, matrix: Sequence[Sequence[int]]) -> list[list[int]]:
     """Lines of the inverse (n, n), column by column: of each only what symmetry does not give already."""
-    work = _Factors(builder, matrix)
+    work = Factors(builder, matrix)
     n, one = len(matrix), builder.constant(1.0)
     inverse = [[work.zero] * n for _ in range(n)]
     for c in range(n):
@@ -38,29 +38,29 @@ def invert_symmetric(builder: Builder, matrix: Sequence[Sequence[int]]) -> list[
             # Row k of the unit vector, solved for all but the last factor, is 1 / pivot at c, and 0 below it.
             entry = builder.intern(Op.DIV, (one, work.pivots[c]), ORIGIN) if k == c else work.zero
             for i in range(k):
-                entry = work.minus(entry, work.times(work.factors[k][i], inverse[i][c]))
+                entry = work.minus(entry, work.times(work.below[k][i], inverse[i][c]))
             inverse[k][c] = inverse[c][k] = entry
     return inverse
 
 
-class _Factors:
-    """``matrix`` = F^T D F: ``pivots`` D, and ``factors`` F, whose diagonal of ones is left out."""
+class Factors:
+    """``matrix`` = F^T D F: ``pivots`` D, and ``below`` the diagonal F, whose diagonal is ones."""
 
     def __init__(self, builder: Builder, matrix: Sequence[Sequence[int]]) -> None:
         n = len(matrix)
         self.builder, self.zero = builder, builder.constant(0.0)
         self.pivots = [self.zero] * n
-        self.factors = [[self.zero] * n for _ in range(n)]
+        self.below = [[self.zero] * n for _ in range(n)]
         # Eliminated from the last coordinate to the first: chains of links and rotors then fill nothing in.
         lower = [[matrix[i][j] for j in range(i + 1)] for i in range(n)]
         for k in range(n - 1, -1, -1):
             self.pivots[k] = lower[k][k]
             for i in range(k):
                 if lower[k][i] != self.zero:
-                    self.factors[k][i] = builder.intern(Op.DIV, (lower[k][i], self.pivots[k]), ORIGIN)
+                    self.below[k][i] = builder.intern(Op.DIV, (lower[k][i], self.pivots[k]), ORIGIN)
             for i in range(k):
                 for j in range(i + 1):
-                    lower[i][j] = self.minus(lower[i][j], self.times(self.factors[k][i], lower[k][j]))
+                    lower[i][j] = self.minus(lower[i][j], self.times(self.below[k][i], lower[k][j]))
 
     def times(self, a: int, b: int) -> int:
         return self.zero if self.zero in (a, b) else self.builder.intern(Op.MUL, (a, b), ORIGIN)
