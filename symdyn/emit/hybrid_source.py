@@ -53,7 +53,12 @@ _DECORATORS = {
 }
 _NOTHING = '''
 
+@njit(forceinline=True)
+def _{0}(x, u, s, out, k, S, turns):
+    pass
+
+
 @njit(cache=True)
-def {}_into(x, u, s, out):
+def {0}_into(x, u, s, out):
     """Has no entries."""
 '''

@@ -23,6 +23,7 @@ from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.faces.signal_words import read_signals
 from symdyn.numeric.hybrid.energy import EnergyBalance, energy_balance
 from symdyn.numeric.hybrid.machine import Machine
+from symdyn.numeric.hybrid.samples import timing
 from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.simulate import simulate_events
 from symdyn.numeric.hybrid.trajectory import Event
@@ -135,7 +136,7 @@ def _with_events(
         energy = energy_balance(machine, found, signals)
     if files.sensitivities is not None:
         progress("following the sensitivities")
-        asked = parameters or list(kernel.parameters)
+        asked = parameters or [name for name in kernel.parameters if name not in timing(machine)]
         derivatives = simulate_sensitivities(machine, time, signals, start=x, parameters=asked).table(kernel)
     outputs = np.zeros((len(time), 0))
     if kernel.outputs:

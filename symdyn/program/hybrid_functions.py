@@ -53,7 +53,8 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
         ),
     ]
     found += [Function(lower(name, arguments, steps, e, (len(e),)), doc) for name, steps, e, doc in _energy(hybrid)]
-    if is_affine(found):
+    affine = is_affine(found)
+    if affine:
         found += _sensitivity(equations, (derivative, guards, bounds_program))
     if equations.sensors:
         output = lower("output", arguments, (), [s.value for s in equations.sensors], (len(equations.sensors),))
@@ -62,13 +63,15 @@ def hybrid_functions(hybrid: HybridEquations) -> tuple[Function, ...]:
         times = [time for clock in hybrid.clocks for time in (clock.period, clock.delay)]
         new = [clock.values.get(z, z) for clock in hybrid.clocks for z in (s.symbol for s in equations.states)]
         count = len(hybrid.clocks)
+        periods = lower("clocks", arguments, (), times, (count, 2))
+        updates = lower("updates", arguments, (), new, (count, len(equations.states)))
         found += [
-            Function(lower("clocks", arguments, (), times, (count, 2)), "Period and delay of each clock in s."),
-            Function(
-                lower("updates", arguments, (), new, (count, len(equations.states))),
-                "The hidden states after each clock has gone off alone.",
-            ),
+            Function(periods, "Period and delay of each clock in s."),
+            Function(updates, "The hidden states after each clock has gone off alone."),
         ]
+        if affine:
+            by_state = differentiate(updates, x.symbols, "updates_state_jacobian")
+            found += [Function(by_state, "d updates / d x."), *_sensitivity(equations, (periods, updates))]
     split = (x, u, Argument(MODES, tuple(map(str, modes))), Argument("p", tuple(map(str, equations.parameters))))
     return tuple(Function(replace(f.program, arguments=split), f.doc) for f in found if f.program.outputs)
 
@@ -92,8 +95,11 @@ def _sensitivity(equations: EquationsOfMotion, programs: Sequence[Program]) -> I
 
 
 def is_affine(functions: Sequence[Function]) -> bool:
-    """Whether rates and guards are affine in state and input in every mode: their derivatives know neither."""
-    deciding = [f for f in functions if f.name.endswith("_jacobian") or f.name == "bounds"]
+    """Whether rates and guards are affine in state and input in every mode: their derivatives know neither.
+
+    What is sampled need not be: it is evaluated, not integrated.
+    """
+    deciding = [f for f in functions if f.name.startswith(("state_derivative_", "guards_")) or f.name == "bounds"]
     return not any(_knows(f.program, ("x", "u")) for f in deciding if not f.name.endswith(BY_PARAMETERS))
 
 

@@ -18,7 +18,7 @@ from symdyn.numeric.hybrid.affine_switches import (
     round_off,
     switch,
 )
-from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.compiled import compiled, inlined
 from symdyn.numeric.hybrid.guards import crosses_once, hopeless, margins, root
 from symdyn.numeric.hybrid.trajectory import DONE, NOT_FINITE
 from symdyn.numeric.hybrid.vectors import LANES, advance, times_sizes
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-@compiled
+@inlined
 def _jump(modes: Modes, mode: int, columns: int, z: Array, now: int, length: int, level: int) -> int:
     """Advance z[now : now + n] by ``length`` ticks into another third of z (3 n,), and return where it starts.
 
@@ -80,6 +80,8 @@ def propagate(
     round_off(modes, mode, columns, z, now, rounding)
     step, at = tally[STEP], tally[TICK]
     level = tally[LEVEL]
+    row = step // stride  # of the last report; a division in every step would be felt
+    due = (row + 1) * stride
     while True:
         fired = False
         for g in range(modes.guards[mode]):
@@ -95,9 +97,10 @@ def propagate(
         if at == ticks:
             at = 0
             step += 1
-            if step % stride == 0:
+            if step == due:
+                due, row = due + stride, row + 1
                 for i in range(nx):
-                    reports[step // stride, i] = z[now + i]
+                    reports[row, i] = z[now + i]
             if not np.isfinite(z[now]):
                 status = NOT_FINITE
                 break
@@ -146,7 +149,7 @@ def propagate(
     return status
 
 
-@compiled
+@inlined
 def _level_below(level: int, length: int, ticks: int) -> int:
     """The next reach to try: less than a length that failed."""
     level += 1

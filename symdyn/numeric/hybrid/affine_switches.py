@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid import affine_modes
 from symdyn.numeric.hybrid.affine_modes import ORDER, Base, Modes, add_mode, code_of, only_entry
-from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.compiled import compiled, inlined
 from symdyn.numeric.hybrid.friction_modes import friction_at_rest
 from symdyn.numeric.hybrid.trajectory import CHATTERS, DONE, NEED_BASE, NO_ROOM, NOT_FINITE, TOO_MANY
 from symdyn.numeric.hybrid.vectors import solve, times, times_sizes
@@ -127,14 +127,14 @@ def enter(state: Ints, bases: Base, known: Ints, modes: Modes, horizon: float, t
     return NO_ROOM if made == affine_modes.NO_ROOM else NOT_FINITE
 
 
-@compiled
+@inlined
 def evaluate(modes: Modes, mode: int, columns: int, z: Array, at: int, values: Array, to: int) -> None:
     """From ``to`` on, values = [guards, their first, second and third derivatives, dz/dt] at z[at:]."""
     n, width = modes.rows.shape[1:]
     times(modes.rows, mode * n * width, width, z, at, columns, values, to)
 
 
-@compiled
+@inlined
 def round_off(modes: Modes, mode: int, columns: int, z: Array, at: int, rounding: Array) -> None:
     """What rounding may make of each guard at z[at:]."""
     n, count = modes.sizes.shape[1:]
@@ -217,46 +217,76 @@ def _violated(values: Array, rounding: Array, g: int, arriving: bool) -> bool:
 
 @compiled
 def _settle(z: Array, state: Ints, base: Base, resting: Flags) -> None:
-    """Put speeds that have come to zero there exactly, and decide who sticks and who sets off which way.
-
-    A single friction that could hold all but a rounding error holds: else its body would creep by that, and no step of
-    it could be proven. The margin is within what the guard of what sticks is allowed, which is a share of 1 and more.
-    """
-    m, nf, n = 0, len(resting), len(z)
-    at_rest = np.empty(nf, np.int64)
-    for k in range(nf):
+    """Put speeds that have come to zero there exactly, and decide who sticks and who sets off which way."""
+    count, last = 0, -1
+    for k in range(len(resting)):
         if resting[k]:
-            at_rest[m] = k
-            m += 1
-    if m == 0:
-        return
+            count, last = count + 1, k
+    if count == 1:
+        _settle_one(z, state, base, resting, last)
+    elif count > 1:
+        _settle_together(z, state, base, resting, count)
+
+
+@compiled
+def _settle_one(z: Array, state: Ints, base: Base, resting: Flags, k: int) -> None:
+    """Friction ``k`` alone is at rest.
+
+    If it could hold all but a rounding error, it holds: else its body would creep by that, and no step of it could be
+    proven. The margin is within what the guard of what sticks is allowed, which is a share of 1 and more.
+    """
+    speed = base.speeds[k]
+    drag = 0.0
+    for i in range(len(z)):
+        drag += speed[i] * base.friction[i, k]
+    moving = _dot(speed, z) / drag
+    for i in range(len(z)):
+        z[i] -= base.friction[i, k] * moving
+    _stop(z, speed)
+    share = -_unhindered(z, state, base, resting, k) / drag
+    state[k] = np.int64(np.sign(share)) if abs(share) > 1.0 + 0.5 * ROUNDING else 0
+
+
+@compiled
+def _settle_together(z: Array, state: Ints, base: Base, resting: Flags, m: int) -> None:
+    """The same for ``m`` frictions, which act on one another."""
+    at_rest = np.flatnonzero(resting)
     drag, moving, free = np.zeros((m, m)), np.zeros((m, 1)), np.zeros(m)
     for r in range(m):
         speed = base.speeds[at_rest[r]]
         moving[r, 0] = _dot(speed, z)
         for c in range(m):
-            for i in range(n):
+            for i in range(len(z)):
                 drag[r, c] += speed[i] * base.friction[i, at_rest[c]]
     solve(drag.copy(), moving, m)
     for r in range(m):
-        for i in range(n):
+        for i in range(len(z)):
             z[i] -= base.friction[i, at_rest[r]] * moving[r, 0]
     for r in range(m):
-        speed = base.speeds[at_rest[r]]
-        entry = only_entry(speed)
-        if entry >= 0:
-            z[entry] = 0.0
-        for i in range(n):
-            if speed[i] != 0.0:
-                rate = _dot(base.a[i], z)
-                for k in range(nf):
-                    if not resting[k]:
-                        rate += base.friction[i, k] * state[k]
-                free[r] += speed[i] * rate
-    if m == 1:
-        share = -free[0] / drag[0, 0]
-        state[at_rest[0]] = np.int64(np.sign(share)) if abs(share) > 1.0 + 0.5 * ROUNDING else 0
-        return
+        _stop(z, base.speeds[at_rest[r]])
+        free[r] = _unhindered(z, state, base, resting, at_rest[r])
     _, bound = friction_at_rest(free, -drag)
     for r in range(m):
         state[at_rest[r]] = np.int64(bound[r])
+
+
+@compiled
+def _stop(z: Array, speed: Array) -> None:
+    """A speed that is a state by itself is zero to the last bit."""
+    entry = only_entry(speed)
+    if entry >= 0:
+        z[entry] = 0.0
+
+
+@compiled
+def _unhindered(z: Array, state: Ints, base: Base, resting: Flags, friction: int) -> float:
+    """The rate of a speed at rest, without the frictions that are at rest."""
+    speed, total = base.speeds[friction], 0.0
+    for i in range(len(z)):
+        if speed[i] != 0.0:
+            rate = _dot(base.a[i], z)
+            for k in range(len(resting)):
+                if not resting[k]:
+                    rate += base.friction[i, k] * state[k]
+            total += speed[i] * rate
+    return total

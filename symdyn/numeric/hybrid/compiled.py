@@ -16,3 +16,8 @@ def compiled(function: F) -> F:
     Only ``vectors`` round a product and a sum as one, in a single way.
     """
     return cast(F, njit(cache=True, error_model="numpy")(function))
+
+
+def inlined(function: F) -> F:
+    """The same, in the code of its callers: arrays are dear as arguments."""
+    return cast(F, njit(cache=True, error_model="numpy", forceinline=True)(function))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.compiled import compiled, inlined
 
 Array = NDArray[np.float64]
 
@@ -15,7 +15,7 @@ HERMITE_8 = 1.0 / (256.0 * 40320.0)  # of the remainder h^8 g^(8) of the interpo
 HERMITE_7 = 0.00839 / 40320.0  # the same over the time since a root at the start
 
 
-@compiled
+@inlined
 def hopeless(values: Array, here: int, guards: int, bound: Array, rounding: Array, h: float) -> bool:
     """Whether ``margins`` cannot prove a step of length ``h``, as its start tells: the remainder alone is too large."""
     count = len(bound)
@@ -31,7 +31,7 @@ def hopeless(values: Array, here: int, guards: int, bound: Array, rounding: Arra
     return False
 
 
-@compiled
+@inlined
 def _coefficients(values: Array, here: int, there: int, count: int, g: int, h: float) -> Any:
     """Bernstein's of the polynomial of degree 7 through both ends of a step; see ``margins``."""
     p0, p1 = values[here + g], values[there + g]
@@ -44,23 +44,39 @@ def _coefficients(values: Array, here: int, there: int, count: int, g: int, h: f
             p1 - 3.0 * c1 + 3.0 * c2 - c3, p1 - 2.0 * c1 + c2, p1 - c1, p1)  # fmt: skip
 
 
-@compiled
+@inlined
+def _far(values: Array, here: int, there: int, count: int, g: int, h: float) -> float:
+    """Less than all Bernstein coefficients, at a third of their price."""
+    h1, h2, h3 = h * (3.0 / 7.0), h * h / 14.0, h * h * h / 210.0
+    from_here = abs(values[here + count + g]) * h1 + abs(values[here + 2 * count + g]) * h2
+    from_there = abs(values[there + count + g]) * h1 + abs(values[there + 2 * count + g]) * h2
+    from_here += abs(values[here + 3 * count + g]) * h3
+    from_there += abs(values[there + 3 * count + g]) * h3
+    least: float = min(values[here + g] - from_here, values[there + g] - from_there)
+    return least
+
+
+@inlined
 def margins(
     values: Array, here: int, there: int, guards: int, bound: Array, rounding: Array, h: float, margin: Array
 ) -> bool:
-    """How far each guard stays above zero over a step of length ``h``; negative or zero: not proven. Whether all are.
+    """How far, at least, each guard stays above zero over a step of length ``h``; negative or zero: not proven. Whether
+    all are.
 
     From ``here`` and ``there`` on, ``values`` are guards and three derivatives at both ends (4 G,), ``bound`` (G,)
     is on the eighth. The polynomial of degree 7 through both ends is above its least Bernstein coefficient, and the
-    guard within the remainder of it. A guard that starts at its root is divided by the time since, or stays there: a
-    force that is what friction can just hold.
+    guard within the remainder of it; far from zero, the sizes of the derivatives tell as much. A guard that starts at
+    its root is divided by the time since, or stays there: a force that is what friction can just hold.
     """
     count = len(margin)
     remainder_per_bound = h * h * h * h * h * h * h * h
     safe = True
     for g in range(guards):
-        b0, b1, b2, b3, b4, b5, b6, b7 = _coefficients(values, here, there, count, g, h)
         remainder = bound[g] * remainder_per_bound
+        margin[g] = _far(values, here, there, count, g, h) - HERMITE_8 * remainder - rounding[g]
+        if margin[g] > 0.0:
+            continue
+        b0, b1, b2, b3, b4, b5, b6, b7 = _coefficients(values, here, there, count, g, h)
         least = min(min(min(b0, b1), min(b2, b3)), min(min(b4, b5), min(b6, b7)))
         if abs(b0) <= rounding[g]:
             slope = min(

@@ -52,7 +52,44 @@ def updated(machine: Machine, x: Array, signals: Sequence[Signal], time: float, 
     return x
 
 
+def updated_slopes(
+    machine: Machine, x: Array, slopes: Array, which: Sequence[int], signals: Sequence[Signal], time: float, due: Ints
+) -> tuple[Array, Array]:
+    """The same with the state's derivatives: its first by the parameters ``which``, others by anything else.
+
+    ``slopes`` (nx, q). Where a limit is reached the law has slope zero; the instants themselves are given.
+    """
+    u, s = np.array([float(signal.at(np.array(time))) for signal in signals]), np.zeros(len(machine.switches))
+    nx, q, clocks = len(machine.kernel.states), len(which), len(machine.clocks)
+    slopes = slopes.copy()
+    for clock in due:
+        by_state = machine.call("updates_state_jacobian", x[:nx], u, s).reshape(clocks, -1, nx)[clock]
+        new = by_state @ slopes[:nx]
+        if q:
+            by_parameters = machine.call("updates_parameter_jacobian", x[:nx], u, s)
+            new[:, :q] += by_parameters.reshape(clocks, len(new), -1)[clock][:, which]
+        slopes[nx - len(new) : nx] = new
+        x = updated(machine, x, signals, time, np.array([clock]))
+    return x, slopes
+
+
 def refuse_clocks(machine: Machine, what: str) -> None:
     """InputError (SD453) for a sampled machine, whose jumps at samples ``what`` does not follow."""
     if len(machine.clocks):
         raise InputError(Problem("SD453", f"{what}: the robot has sampled servo loops", hint="leave their period out"))
+
+
+def timing(machine: Machine) -> tuple[str, ...]:
+    """The parameters that move the instants of samples; of a machine that is affine in every mode."""
+    x, u, s = (np.zeros(len(v)) for v in (machine.kernel.states, machine.kernel.inputs, machine.switches))
+    names = machine.kernel.parameters
+    moves = machine.call("clocks_parameter_jacobian", x, u, s).reshape(-1, max(1, len(names)))
+    return tuple(name for k, name in enumerate(names) if np.any(moves[:, k]))
+
+
+def refuse_timing(machine: Machine, names: Sequence[str]) -> None:
+    """InputError (SD453) where one of the parameters ``names`` moves the instants of samples."""
+    moving = [name for name in timing(machine) if name in names]
+    if moving:
+        what = f"no sensitivity to {', '.join(moving)}: samples would be taken at other times"
+        raise InputError(Problem("SD453", what, hint="simulate at two values"))

@@ -16,10 +16,10 @@ from symdyn.numeric.hybrid.exponential import growth_rate, legendre
 from symdyn.numeric.hybrid.linear_mode import LinearMode, by_parameters, linear_mode
 from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.saltation import crossed, jumped, stopped
-from symdyn.numeric.hybrid.samples import refuse_clocks
+from symdyn.numeric.hybrid.samples import due_at, refuse_timing, samples, updated_slopes
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.spans import Span, settled, spans
-from symdyn.numeric.hybrid.trajectory import HybridTrajectory
+from symdyn.numeric.hybrid.trajectory import CLOSE, HybridTrajectory
 
 Array = NDArray[np.float64]
 
@@ -66,13 +66,14 @@ def simulate_sensitivities(
 ) -> Sensitivities:
     """The trajectory of ``simulate_affine``, with its derivatives by ``parameters`` and, if ``initial``, its start.
 
-    Between events by the derivative of the exponential; at events with the shift of their time. They hold for
-    changes that keep the order of the events. A start at which friction sticks has no sensitivity to its speed.
+    Between events by the derivative of the exponential; at events with the shift of their time, at samples by that of
+    the sampled law. They hold for changes that keep the order of the events. A start at which friction sticks has no
+    sensitivity to its speed.
 
     Raises InputError (SD302) for a machine that is not affine in every mode or a name that is no parameter, SD453 for a
-    sampled one, NumericalError (SD303) where an event is touched and not crossed; and what ``simulate_affine`` raises.
+    parameter that moves the instants of samples, NumericalError (SD303) where an event is touched and not crossed; and
+    what ``simulate_affine`` raises.
     """
-    refuse_clocks(machine, "sensitivities")
     kernel = machine.kernel
     unknown = [name for name in parameters if name not in kernel.parameters]
     if unknown:
@@ -80,9 +81,11 @@ def simulate_sensitivities(
     if not machine.affine:
         raise InputError(Problem("SD302", "exact sensitivities need a machine that is affine in every mode"))
     which = [kernel.parameters.index(name) for name in parameters]
+    refuse_timing(machine, parameters)
     trajectory = simulate_affine(machine, time, signals, start=start)
     names = (*parameters, *((f"start of {name}" for name in kernel.states) if initial else ()))
-    return Sensitivities(trajectory, names, _Follower(machine, signals, which).follow(trajectory, initial))
+    x = np.zeros(trajectory.states.shape[1]) if start is None else np.array(start, dtype=np.float64)
+    return Sensitivities(trajectory, names, _Follower(machine, signals, which).follow(trajectory, x, initial))
 
 
 class _Follower:
@@ -93,12 +96,24 @@ class _Follower:
         self.modes: dict[tuple[object, ...], tuple[LinearMode, Array]] = {}
         self.steps: dict[tuple[int, float], _Step] = {}
 
-    def follow(self, trajectory: HybridTrajectory, initial: bool) -> Array:
-        machine, which = self.machine, self.which
+    def follow(self, trajectory: HybridTrajectory, x: Array, initial: bool) -> Array:
+        machine, which, time = self.machine, self.which, trajectory.time
         nx, q = trajectory.states.shape[1], len(which)
-        x = np.array(trajectory.states[0])
         s = np.hstack([np.zeros((nx, q)), np.eye(nx)]) if initial else np.zeros((nx, q))
-        found = np.zeros((len(trajectory.time), *s.shape))
+        found = np.zeros((len(time), *s.shape))
+        close = CLOSE * float(time[1] - time[0])
+        instants = samples(machine.clocks, float(time[0]), float(time[-1]), closed=True)
+        sampled = -np.inf
+
+        def sample(x: Array, s: Array, now: float) -> tuple[Array, Array]:
+            nonlocal sampled
+            due = due_at(instants, now, close)
+            if not len(due) or now <= sampled + close:
+                return x, s
+            sampled = now
+            return updated_slopes(machine, x, s, which, self.signals, now, due)
+
+        x, s = sample(x, s, float(time[0]))
         last: tuple[Span, LinearMode] | None = None
         for span in spans(trajectory, machine.switches, tuple(machine.kernel.module.SWITCH_KINDS)):
             mode, slopes = self._mode(span)
@@ -115,7 +130,7 @@ class _Follower:
             step = self._step(mode, slopes, span.last - span.first)
             s = step.over[:nx, :nx] @ s
             s[:, :q] += (step.change @ z)[:, :nx].T
-            x = (step.over @ z)[:nx]
+            x, s = sample((step.over @ z)[:nx], s, span.last)
             if span.row is not None:
                 found[span.row] = s
                 x = np.array(trajectory.states[span.row])

@@ -11,7 +11,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.compiled import compiled, inlined
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def _product(plus: bool, absolute: bool) -> Any:
 _times, _advance, _sizes = _product(False, False), _product(True, False), _product(False, True)
 
 
-@compiled
+@inlined
 def times(m: Array, m_at: int, width: int, v: Array, v_at: int, columns: int, out: Array, at: int) -> None:
     """out = M v: M is stored by columns of ``width`` rows from m[m_at] on, v from v[v_at] on, out from out[at] on.
 
@@ -82,13 +82,13 @@ def times(m: Array, m_at: int, width: int, v: Array, v_at: int, columns: int, ou
     _times(m, m_at, width, v, v_at, columns, out, at)
 
 
-@compiled
+@inlined
 def advance(m: Array, m_at: int, width: int, v: Array, v_at: int, columns: int, out: Array, at: int) -> None:
     """out = v + M v, as ``times``; M is square, but for columns of zeros."""
     _advance(m, m_at, width, v, v_at, columns, out, at)
 
 
-@compiled
+@inlined
 def times_sizes(m: Array, m_at: int, width: int, v: Array, v_at: int, columns: int, out: Array, at: int) -> None:
     """out = M |v|, as ``times``."""
     _sizes(m, m_at, width, v, v_at, columns, out, at)

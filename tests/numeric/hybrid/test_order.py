@@ -39,7 +39,7 @@ def steps(count: int, h: float) -> tuple[Array, Array]:
         module._rate(x, *mode, True, k[1, :2])
         module._try(i * h, h, powers, sines, True, *mode, k, new, 1e-6, np.full(2, 1e-9))
         x = new[:2].copy()
-    module._between(k, h, 0.5, y)
+    module._between(k, h, 2, y)
     return x, y[:2].copy()
 
 

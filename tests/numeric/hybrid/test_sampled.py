@@ -17,6 +17,7 @@ from symdyn.numeric.hybrid.affine_simulation import simulate_affine
 from symdyn.numeric.hybrid.batch import simulate_batch
 from symdyn.numeric.hybrid.energy import energy_balance
 from symdyn.numeric.hybrid.general_simulation import simulate_general
+from symdyn.numeric.hybrid.machine import Machine
 from symdyn.numeric.hybrid.samples import samples
 from symdyn.numeric.hybrid.sensitivities import simulate_sensitivities
 from symdyn.numeric.hybrid.signals import constant, step
@@ -194,14 +195,58 @@ def test_the_energy_of_a_sampled_drive_is_accounted_for(reports: int) -> None:
     assert energy_balance(sampled, trajectory, signals).closure < 1e-9
 
 
-def test_what_does_not_follow_samples_refuses_a_sampled_machine() -> None:
-    sampled, time, signals = machine(loop(proportional=1.0, period=T)), np.linspace(0.0, 0.1, 11), [constant(1.0)]
-    for what in (
-        lambda: simulate_sensitivities(sampled, time, signals, initial=True),
-        lambda: simulate_batch(sampled, time, signals, starts=np.zeros((2, sampled.size))),
-    ):
-        with pytest.raises(InputError, match=r"SD453: .* sampled servo loops"):
-            what()
+def test_batches_refuse_a_sampled_machine() -> None:
+    sampled, time = machine(loop(proportional=1.0, period=T)), np.linspace(0.0, 0.1, 11)
+    with pytest.raises(InputError, match=r"SD453: .* sampled servo loops"):
+        simulate_batch(sampled, time, [constant(1.0)], starts=np.zeros((2, sampled.size)))
+
+
+def test_sensitivities_of_a_geometric_series() -> None:
+    """v_k = r - (r - v_0) (1 - G K T)^k: by the gain K, and by the speed at the start."""
+    gain, t = 20.0, np.linspace(0.0, 0.2, 21)
+    sampled = machine(loop(proportional=gain, period=T))
+    name = next(p for p in sampled.kernel.parameters if p.endswith("proportional"))
+    found = simulate_sensitivities(
+        sampled, t, [constant(3.0)], start=np.array([0.0, 0.5, 0.0]), parameters=[name], initial=True
+    )
+    k, q = np.arange(21), 1.0 - GAIN * gain * T
+    by_gain = (3.0 - 0.5) * k * q ** np.maximum(k - 1, 0) * GAIN * T
+    np.testing.assert_allclose(found.values[:, 1, 0], by_gain, rtol=1e-10, atol=1e-12)
+    by_speed = found.values[:, 1, found.names.index("start of wheel.qd")]
+    np.testing.assert_allclose(by_speed, q**k, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize("reports", [11, 31])
+def test_sensitivities_across_samples_and_events_against_differences(reports: int) -> None:
+    """A PI loop with a delay and a limit that is reached, friction that stops the wheel between samples."""
+    gains = {"proportional": 3.0, "integral": 20.0, "limit": 4.0, "period": T, "delay": 0.3 * T}
+    sampled = machine(
+        MOTOR + effect("speed_loop", "wheel.motor", **gains) + effect("coulomb_friction", "wheel.motor", level=0.6)
+    )
+    kernel, time, signals = sampled.kernel, np.linspace(0.0, 0.5, reports), [step(0.0, 0.15, before=2.0)]
+    start = np.array([0.0, 0.1, *np.zeros(sampled.size - 2)])
+    timing = {k for k, p in enumerate(kernel.parameters) if p.endswith(("period", "delay"))}
+    names = [p for k, p in enumerate(kernel.parameters) if k not in timing and kernel.values[k] != 0.0]
+    found = simulate_sensitivities(sampled, time, signals, start=start, parameters=names)
+    assert {(e.kind, e.after) for e in found.trajectory.events} >= {("friction", 0)}
+    moved = 0
+    for k, name in enumerate(names):
+        h = np.zeros(len(kernel.values))
+        place = kernel.parameters.index(name)
+        h[place] = 1e-5 * kernel.values[place]
+        ends = [simulate_affine(Machine(kernel, kernel.values + m * h), time, signals, start=start) for m in (1, -1)]
+        expected = (ends[0].states - ends[1].states) / (2.0 * h[place])
+        size = np.abs(expected).max(axis=0)
+        moved += bool(np.any(size[1] > 0.0))
+        assert np.all(np.abs(found.values[:, :, k] - expected).max(axis=0) <= 1e-5 * size + 1e-9), name
+    assert moved >= 6
+
+
+def test_a_parameter_that_moves_the_samples_is_refused() -> None:
+    sampled = machine(loop(proportional=1.0, period=T))
+    name = next(p for p in sampled.kernel.parameters if p.endswith("period"))
+    with pytest.raises(InputError, match=rf"SD453: no sensitivity to {name}"):
+        simulate_sensitivities(sampled, np.linspace(0.0, 0.1, 11), [constant(1.0)], parameters=[name])
 
 
 MOTOR = WHEEL.replace("inductance = 0,", "inductance = 0.01,").replace(
