@@ -192,7 +192,8 @@ def simulate(
         typer.Option(
             "--input",
             "-u",
-            help="NAME=VALUE holds an input; or NAME=step:VALUE,TIME, ramp:, sine:, trapezoid:; repeatable.",
+            help="NAME=VALUE holds an input; or NAME=step:VALUE,TIME, ramp:, sine:, trapezoid:, chirp:, multisine:, "
+            "file:PATH; repeatable.",
         ),
     ] = None,
     start: Annotated[

@@ -126,7 +126,7 @@ def _with_events(
 ) -> tuple[Kernel, Trajectory, _Extras]:
     machine = Machine(compiler.compile_hybrid(robot))
     kernel = machine.kernel
-    signals = read_signals(inputs, kernel.inputs)
+    signals = read_signals(inputs, kernel.inputs, kernel.input_units)
     x = _named(start, kernel.states, "--start")
     progress("simulating")
     found = simulate_events(machine, time, signals, start=x, tolerance=tolerance)
@@ -150,7 +150,7 @@ def _smoothed(
     robot: Robot, inputs: list[str], start: list[str], time: Array, smoothing: float, progress: Callable[[str], None]
 ) -> tuple[Kernel, Trajectory]:
     kernel = compiler.compile_robot(robot, smoothing=smoothing).kernel()
-    signals = read_signals(inputs, kernel.inputs)
+    signals = read_signals(inputs, kernel.inputs, kernel.input_units)
     x = _named(start, kernel.states, "--start")
     shown = -1
 

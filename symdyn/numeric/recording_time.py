@@ -30,6 +30,16 @@ def check_time(time: Samples, column: str, where: PlaceOfRow, lines: NDArray[np.
         problems.append(Problem("SD508", message, where(len(time) - 1), "record for longer"))
     if len(time) < 2:
         return problems
+    problems += check_order(time, column, where, lines)
+    if (median := float(np.median(np.diff(time)))) > ABSURD_STEP:
+        message = f"the median step of '{column}' is {median:.4g} s, which is no recording of a machine"
+        problems.append(Problem("SD506", message, where(0), 'write the unit of time: unit = "ms", "us" or "ns"'))
+    return problems
+
+
+def check_order(time: Samples, column: str, where: PlaceOfRow, lines: NDArray[np.int64]) -> list[Problem]:
+    """SD501 time runs backwards, SD502 it stands still; two samples and more."""
+    problems = []
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0) + 1
     if back.size:
@@ -44,9 +54,6 @@ def check_time(time: Samples, column: str, where: PlaceOfRow, lines: NDArray[np.
         message = f"{still.size} row{'s repeat' if still.size > 1 else ' repeats'} the time of the row before: {listed}"
         hint = "remove them; or write the time with more digits, where those were cut off"
         problems.append(Problem("SD502", message, where(int(still[0])), hint))
-    if (median := float(np.median(steps))) > ABSURD_STEP:
-        message = f"the median step of '{column}' is {median:.4g} s, which is no recording of a machine"
-        problems.append(Problem("SD506", message, where(0), 'write the unit of time: unit = "ms", "us" or "ns"'))
     return problems
 
 

@@ -49,6 +49,16 @@ def simulated(slider: Path, *arguments: str) -> pd.DataFrame:
     return table
 
 
+def chirp(t: np.ndarray) -> np.ndarray:
+    """From 0.5 to 3 Hz within 1.5 s, then 3 Hz."""
+    swept = (0.5 + 0.5 * (2.5 / 1.5) * t) * t
+    return 2 * np.sin(2 * np.pi * np.where(t < 1.5, swept, (0.5 + 0.5 * 2.5) * 1.5 + 3 * (t - 1.5)))
+
+
+def multisine(t: np.ndarray) -> np.ndarray:
+    return sum(np.sin(2 * np.pi * f * t - np.pi * k * (k + 1) / 4) for k, f in enumerate((0.5, 1.0, 1.5, 2.0)))
+
+
 @pytest.mark.parametrize(
     ("shape", "values"),
     [
@@ -62,6 +72,9 @@ def simulated(slider: Path, *arguments: str) -> pd.DataFrame:
         ("sine:2,0.7", lambda t: 2 * np.sin(1.4 * np.pi * t)),
         ("sine:2,0.7,0.3,0.5", lambda t: 0.5 + 2 * np.sin(1.4 * np.pi * t + 0.3)),
         ("trapezoid:1,1,2", trapezoid),
+        ("chirp:2,0.5,3,1.5", chirp),
+        ("chirp:2,3,0.5,4,-0.7", lambda t: -0.7 + 2 * np.sin(2 * np.pi * (3 - 0.3125 * t) * t)),
+        ("multisine:2,0.5,2,4", multisine),
     ],
 )  # fmt: skip
 def test_an_input_has_the_shape_that_is_named(shape: str, values: object, slider: Path) -> None:
@@ -72,6 +85,50 @@ def test_an_input_has_the_shape_that_is_named(shape: str, values: object, slider
     np.testing.assert_allclose(table[EFFORT], values(time), atol=1e-12)
     assert np.all(table[[Q, QD]] == 0.0)
     assert table.attrs["events"] == []
+
+
+def test_a_course_from_a_file(slider: Path, tmp_path: Path) -> None:
+    """Held before the first row and behind the last, straight lines between; units in brackets count."""
+    table = tmp_path / "course.csv"
+    table.write_text("clock [ms],who,force [mN]\n500,a,1000\n1000,b,2500\n1500,c,-500\n", encoding="utf-8")
+    found = simulated(slider, "-u", f"slide.effort=file:{table},clock [ms],force [mN]")
+    time = found["time [s]"].to_numpy()
+    np.testing.assert_allclose(found[EFFORT], np.interp(time, [0.5, 1.0, 1.5], [1.0, 2.5, -0.5]), atol=1e-12)
+
+
+def test_what_was_simulated_is_a_course_again(slider: Path, tmp_path: Path) -> None:
+    rows = tmp_path / "rows.csv"
+    done = run("simulate", slider, "-t", "2", "--step", "0.01", "-u", "slide.effort=ramp:1.2", "--out", rows)
+    assert done.code == 0
+    found = simulated(slider, "-u", f"slide.effort=file:{rows}")
+    np.testing.assert_allclose(found[EFFORT], 1.2 * found["time [s]"], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("time [s],slide.effort [N]\n0,1\n1,nan\n", "course.csv:3:2: SD504"),
+        ("time [s],slide.effort [N]\n0,1\n2,1\n1,1\n", "course.csv:4:1: SD501: time runs backwards"),
+        ("time [s],slide.effort [N]\n0,1\n1,1\n1,1\n", "course.csv:4:1: SD502"),
+        ("time [s],slide.effort [N]\n0,1\n", "course.csv:2:1: SD508"),
+        ("time [s],effort\n0,1\n1,1\n", "course.csv:1: SD510: no column 'slide.effort [N]'"),
+    ],
+)
+def test_a_file_that_is_no_course_is_told_with_its_place(text: str, told: str, slider: Path, tmp_path: Path) -> None:
+    table = tmp_path / "course.csv"
+    table.write_text(text, encoding="utf-8")
+    done = run("simulate", slider, "-u", f"slide.effort=file:{table}", "--out", tmp_path / "rows.csv")
+    assert (done.code, done.out) == (3, "")
+    assert told in done.err
+    assert not (tmp_path / "rows.csv").exists()
+
+
+def test_a_unit_of_something_else_is_told(slider: Path, tmp_path: Path) -> None:
+    table = tmp_path / "course.csv"
+    table.write_text("time [s],way [mm]\n0,1\n1,1\n", encoding="utf-8")
+    done = run("simulate", slider, "-u", f"slide.effort=file:{table},time [s],way [mm]")
+    assert (done.code, done.out) == (3, "")
+    assert "SD506: column 'way [mm]'" in done.err
 
 
 def test_a_step_beyond_friction_moves_it_as_newton_says(slider: Path) -> None:
@@ -124,8 +181,12 @@ def test_smoothing_lets_creep_what_events_hold(slider: Path) -> None:
         ("slide.effort=sine:1,fast", "'fast' is no finite number"),
         ("slide.effort=ramp:inf", "'inf' is no finite number"),
         ("slide.effort=trapezoid:1,1", "2 numbers\n    trapezoid:DISTANCE,SPEED,ACCELERATION"),
-        ("slide.effort=trapezoid:1,0,1", "speed and acceleration must be positive"),
-        ("slide.effort=trapezoid:1,1,-2", "speed and acceleration must be positive"),
+        ("slide.effort=trapezoid:1,0,1", "speed must be positive"),
+        ("slide.effort=trapezoid:1,1,-2", "acceleration must be positive"),
+        ("slide.effort=chirp:1,1,9,0", "duration must be positive"),
+        ("slide.effort=multisine:1,1,9,2.5", "lines must be a whole number"),
+        ("slide.effort=file:", "which file, which columns?\n    file:PATH[,TIME COLUMN,COLUMN]"),
+        ("slide.effort=file:a.csv,t", "which file, which columns?"),
         ("slide.force=step:1", "SD305: --input slide.force=step:1: no such name\n    known: slide.effort"),
     ],
 )

@@ -9,7 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.base.errors import InputError, Problem
+
 Array = NDArray[np.float64]
+
+MOST_PIECES = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +91,41 @@ def sine(amplitude: float, hertz: float, phase: float = 0.0, offset: float = 0.0
 def multisine(amplitudes: Sequence[float], hertz: Sequence[float], phases: Sequence[float]) -> Signal:
     parts = tuple((a, 2 * np.pi * f, p) for a, f, p in zip(amplitudes, hertz, phases, strict=True))
     return Signal((Piece(0.0, (0.0,), parts),))
+
+
+def flat_multisine(amplitude: float, lowest: float, highest: float, lines: int) -> Signal:
+    """``lines`` sines, evenly spaced from ``lowest`` to ``highest`` in Hz, together with the power of one of
+    ``amplitude``; their phases keep the crests low (Schroeder 1970)."""
+    k = np.arange(lines)
+    hertz = np.linspace(lowest, highest, lines)
+    return multisine([amplitude / math.sqrt(lines)] * lines, hertz.tolist(), (-np.pi * k * (k + 1) / lines).tolist())
+
+
+def chirp(amplitude: float, first: float, last: float, duration: float, offset: float = 0.0) -> Signal:
+    """A sine whose frequency goes from ``first`` to ``last`` in Hz at a steady rate, and then stays.
+
+    In pieces that are polynomials of degree 7, a sixteenth of the shortest period long: to 1e-12 of the amplitude.
+    Raises InputError (SD302) where these are too many.
+    """
+    count = max(1, math.ceil(min(16.0 * max(abs(first), abs(last)) * duration, 2.0 * MOST_PIECES)))
+    if count > MOST_PIECES:
+        what = f"a chirp of {max(abs(first), abs(last)) * duration:.3g} periods is longer than can be simulated"
+        raise InputError(Problem("SD302", what, hint="make it shorter, or its last frequency lower"))
+    length = duration / count
+    nodes = np.polynomial.chebyshev.chebpts1(8)
+    to_powers = np.linalg.inv(np.vander(0.5 * (nodes + 1.0), increasing=True))
+    rate = (last - first) / duration
+
+    def phase(t: Array) -> Array:
+        return 2.0 * np.pi * (first + 0.5 * rate * t) * t
+
+    starts = length * np.arange(count)
+    values = amplitude * np.sin(phase(starts[:, None] + 0.5 * length * (nodes + 1.0)))
+    shares = values @ to_powers.T / length ** np.arange(8) * [math.factorial(k) for k in range(8)]
+    shares[:, 0] += offset
+    pieces = [Piece(float(start), tuple(row)) for start, row in zip(starts, shares.tolist(), strict=True)]
+    end = ((amplitude, 2.0 * np.pi * last, float(phase(np.array(duration)))),)
+    return Signal((*pieces, Piece(duration, (offset,), end)))
 
 
 def trapezoid(distance: float, speed: float, acceleration: float) -> Signal:
