@@ -12,13 +12,14 @@ from functools import cached_property
 from pathlib import Path
 
 from symdyn import __version__
-from symdyn.base.errors import Problem
+from symdyn.base.errors import InputError, NumericalError, Problem
 from symdyn.base.files import write_atomically
 from symdyn.base.linear_system import Array, LinearFamily
 from symdyn.base.memory import collector_paused
 from symdyn.derive.clocks import require_continuous
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
-from symdyn.derive.linearize import without_null_effects
+from symdyn.derive.linearize import without_nonsmooth, without_null_effects
+from symdyn.derive.loops import continuous, periods, without_loops
 from symdyn.derive.switches import hybrid_equations
 from symdyn.emit import latex, markdown
 from symdyn.emit.forms import Form, forms
@@ -34,6 +35,7 @@ from symdyn.program.functions import functions
 from symdyn.program.hybrid_functions import has_steady_drag, hybrid_functions, is_affine
 from symdyn.program.linear_family import linear_family
 from symdyn.program.optimize import CostRow, notable
+from symdyn.program.sampling_check import too_slow
 from symdyn.spec.machines import machine_file
 from symdyn.spec.records import Robot
 from symdyn.spec.robot_reader import read_any
@@ -126,14 +128,33 @@ def compile_hybrid(robot: Robot) -> Kernel:
     """The kernel of a robot's simulation with located events: functions of state, input and mode.
 
     Effects that their parameters make vanish (a clearance of 0) are left out: they would switch for nothing.
-    Raises InputError (SD451) for a jump that does not belong to friction, a contact or a limit.
+    Raises InputError (SD451) for a jump that does not belong to friction, a contact or a limit, SD455 for a loop
+    that its sampling alone makes unstable.
     """
     with collector_paused():
+        _check_sampling(robot)
         hybrid = hybrid_equations(equations_of_motion(without_null_effects(robot)))
         found = hybrid_functions(hybrid)
         return load_source(
             hybrid_source(hybrid, forms(hybrid.equations, found), is_affine(found), has_steady_drag(found))
         )
+
+
+def _check_sampling(robot: Robot) -> None:
+    """Raise InputError (SD455) for loops that sampling alone makes unstable; at rest in the origin, and slipping."""
+    sampled = periods(robot)
+    if not sampled or any(p.value is None for p in robot.parameters):
+        return
+    loop, period = min(sampled, key=lambda pair: pair[1])
+    smooth = without_nonsmooth(robot)
+    closed, open_ = (linearise(each) for each in (continuous(smooth), without_loops(smooth)))
+    try:
+        models = closed.at(closed.values), open_.at(open_.values)
+    except NumericalError:
+        return  # no linear model there: nothing is known
+    problem = too_slow(*models, period, f"{loop.type} at '{loop.at}'")
+    if problem is not None:
+        raise InputError(replace(problem, where=loop.where))
 
 
 def linearise(robot: Robot, x: Array | None = None, u: Array | None = None) -> LinearFamily:

@@ -12,7 +12,7 @@ from symdyn.spec.findings import Findings
 from symdyn.spec.mass_matrix import deficient_joint
 from symdyn.spec.monomials import value_of
 from symdyn.spec.number_paths import number_paths
-from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot
+from symdyn.spec.records import InertiaAbout, Link, Monomial, Motor, Robot, Shaft
 from symdyn.spec.structure import check_zero
 from symdyn.spec.toml_positions import KeyPath
 
@@ -33,11 +33,15 @@ def check_physics(robot: Robot, findings: Findings) -> None:
             findings.error(path, "SD203", f"{path[-1]} is {value:g}, must not be negative")
     if robot.tool is not None:
         _check_inertia(robot.tool.link, "tool", ("tool", "inertia"), values, findings)
+    places = {effect.at for effect in robot.effects}
     for i, joint in enumerate(robot.joints):
         path = ("joint", i)
         _check_inertia(joint.link, joint.name, (*path, "link", "inertia"), values, findings)
         if joint.drive is not None:
             _check_ratio(joint.drive.ratio, (*path, "drive", "ratio"), values, findings)
+            for k, shaft in enumerate(joint.drive.shafts):
+                held = f"{joint.name}.{shaft.name}" in places
+                _check_shaft(shaft, held, (*path, "drive", "shafts", k, "stiffness"), values, findings)
             if joint.drive.motor is not None:
                 _check_motor(joint.drive.motor, (*path, "drive", "motor"), values, findings)
 
@@ -146,6 +150,18 @@ def _check_ratio(ratio: Monomial, path: KeyPath, values: Values, findings: Findi
             f"the gear ratio is {value:g}: the joint turns faster than its motor",
             f"ratio is motor turns per joint turn; {1 / value:.6g}?",
         )
+
+
+def _check_shaft(shaft: Shaft, held: bool, path: KeyPath, values: Values, findings: Findings) -> None:
+    """``held``: by an effect at the shaft, such as the friction of a clutch."""
+    if held or value_of(shaft.stiffness, values) != 0:
+        return
+    name, ends = quoted(shaft.name), f"{quoted(shaft.start)} and {quoted(shaft.end)}"
+    hint = "a shaft that is stiff beside the others is left out: fix the rotor to the joint (fixed_to_joint = true)"
+    if value_of(shaft.damping, values) == 0:
+        findings.error(path, "SD203", f"the stiffness of {name} is 0: nothing holds {ends} together", hint)
+    else:
+        findings.warning(path, "SD203", f"the stiffness of {name} is 0: {ends} may turn apart for ever", hint)
 
 
 def _check_motor(motor: Motor, path: KeyPath, values: Values, findings: Findings) -> None:

@@ -98,6 +98,7 @@ WRONG = [
     (', at = "motor"', ', at = "gear"', "SD104", 25, 34, "rotors: motor, joint"),
     ("shafts = [ {", "shafts = [] # [ {", "SD111", 23, 12, "is not connected to the joint"),
     ("stiffness = 12", "stiffness = -12", "SD203", 24, 71, "must not be negative"),
+    ('stiffness = 12, damping = "0.1 mNms/rad"', "stiffness = 0, damping = 0", "SD203", 24, 71, "nothing holds"),
     ('inertia = "5e-5 kg m^2"', "inertia = -1", "SD203", 23, 40, "must not be negative"),
     ('resistance = "1.6 Ohm"', "resistance = -1", "SD203", 25, 56, "must not be negative"),
     ("[joint.drive]", "actuator = { gain = 3 }\n[joint.drive]", "SD221", 21, 21, '"3 N m/V" or "3 N m/A"'),

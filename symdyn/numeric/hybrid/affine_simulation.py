@@ -95,7 +95,8 @@ class Affine:
             horizon, ticks = prepared.horizon, 1 << (prepared.modes.step.shape[1] - 1)
             found += [event(row, first, horizon, machine) for row in events[: tally[EVENTS]]]
             if status != DONE:
-                give_up(status, first + (tally[STEP] + tally[TICK] / ticks) * horizon, found)
+                reached = first + (tally[STEP] + tally[TICK] / ticks) * horizon
+                give_up(status, reached, found, reports, machine.kernel.states)
             steps, tries = steps + int(tally[STEPS]), tries + int(tally[TRIES])
             report(time, first, last, length, reports, states)
             x = z[:nx].copy()

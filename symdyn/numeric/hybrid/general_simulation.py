@@ -93,7 +93,7 @@ def simulate_general(
             events = np.concatenate([events, np.zeros_like(events)])
         found += [event(row, first, 1.0, machine) for row in events[: tally[0]]]
         if status != DONE:
-            give_up(status, first + step[1], found)
+            give_up(status, first + step[1], found, every, machine.kernel.states)
         steps, tries = steps + int(tally[1]), tries + int(tally[2])
         report_one(time, first, every[0], states)
         report(time, first, last, length, every, states)

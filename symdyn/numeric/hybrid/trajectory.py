@@ -126,12 +126,16 @@ def at_a_jump(before: Ints, after: Ints, time: float, machine: Machine) -> list[
     return [event(row, time, 1.0, machine) for row in rows]
 
 
-def give_up(status: int, reached: float, found: Sequence[Event]) -> Never:
+def give_up(status: int, reached: float, found: Sequence[Event], rows: Array, names: Sequence[str]) -> Never:
+    """Say where a run ended, by its status; ``rows`` (N, nx) are its last reports, of the states ``names``."""
+    good = rows[np.isfinite(rows).all(axis=1) & rows.any(axis=1)]
+    k = int(np.abs(good[-1]).argmax()) if len(good) else 0
+    largest = f"; {names[k]} was {good[-1, k]:.3g} before" if len(good) else ""
     where = f"; it changed last at {found[-1].switch}" if found else ""
     what = {
         CHATTERS: f"the switches chatter at t = {reached:.9g} s{where}",
         TOO_MANY: f"more than {MOST_EVENTS} events by t = {reached:.6g} s{where}",
-        NOT_FINITE: f"the state left the finite numbers at t = {reached:.6g} s",
+        NOT_FINITE: f"the state left the finite numbers at t = {reached:.6g} s{largest}",
         TOO_SHORT: f"steps became too short at t = {reached:.9g} s{where}",
     }
     raise NumericalError(

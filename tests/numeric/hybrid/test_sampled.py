@@ -182,6 +182,29 @@ def test_what_a_sampled_loop_cannot_be_is_refused() -> None:
         robot_from_text(loop(proportional=1.0, period=-T), "wheel.toml")
 
 
+@pytest.mark.parametrize("gains", [{}, {"integral": 100.0}])
+def test_a_loop_that_only_its_samples_make_unstable_is_refused(gains: dict[str, float]) -> None:
+    """v_k+1 = (1 - GAIN K T) v_k: stable for T < 2 / 64 s; a weak integrator changes that little. Its place is told."""
+    told = r"wheel.toml:\d+:\d+: SD455: speed_loop at 'wheel.motor' is stable without .* samples every 0.04 s: the mode"
+    with pytest.raises(InputError, match=told):
+        compile_hybrid(robot_from_text(loop(proportional=40.0, period=0.04, **gains), "wheel.toml"))
+    if not gains:
+        with pytest.raises(InputError, match=r"the mode of 64 rad/s that it makes .*\s+a period of 0.016 s is stable"):
+            compile_hybrid(robot_from_text(loop(proportional=40.0, period=0.0314), "wheel.toml"))
+    compile_hybrid(robot_from_text(loop(proportional=40.0, period=0.028, **gains), "wheel.toml"))
+
+
+@pytest.mark.parametrize(("period", "stable"), [("1 ms", True), ("4 ms", True), ("64 ms", False)])
+def test_the_seed_drive_is_sampled_by_what_its_servo_needs(period: str, stable: bool) -> None:
+    """Its modes at 624 and 1261 Hz may pass between samples; the servo's own is one of 126 rad/s."""
+    robot = robot_from_text(load_robot("irb6-axis1").text + SERVO + f'period = "{period}"\n', "drive.toml")
+    if stable:
+        compile_hybrid(robot)
+    else:
+        with pytest.raises(InputError, match=r"SD455: .* the mode of 12\d.* rad/s that it makes"):
+            compile_hybrid(robot)
+
+
 @pytest.mark.parametrize("reports", [11, 30, 101])
 def test_the_energy_of_a_sampled_drive_is_accounted_for(reports: int) -> None:
     """A PI loop with a delay, and friction that stops the wheel between samples; reports at samples and elsewhere."""
