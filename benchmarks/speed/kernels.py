@@ -106,6 +106,9 @@ class Bench:
         yield Contestant(name, form, "symdyn, rows, in place", _call(into, *arguments, out), count)
         parallel = getattr(self.kernel, f"{name}_batch_parallel")
         yield Contestant(name, form, "symdyn, rows, all cores", _call(parallel, *arguments), count, threads=True)
+        both, there = getattr(self.kernel, f"{name}_batch_parallel_into"), self._empty(name, count)
+        run = _call(both, *arguments, there)
+        yield Contestant(name, form, "symdyn, rows, in place, all cores", run, count, threads=True)
         columns = tuple(np.ascontiguousarray(a.T) for a in arguments)
         yield Contestant(name, form, "symdyn, columns", _call(getattr(self.kernel, f"{name}_soa"), *columns), count)
 

@@ -16,7 +16,7 @@ from benchmarks.speed.measure import Timing, best
 from benchmarks.speed.native import CPP, FUNCTIONS
 from benchmarks.speed.targets import ASKED, BATCH, CITED, LOOP, MILLION, ONCE, OPERATIONS, SECONDS
 
-PARALLEL = "symdyn, rows, all cores"
+IN_PLACE, ALL_CORES = "symdyn, rows, in place", "all cores"
 WORDS = {
     "inverse_dynamics": "inverse dynamics",
     "mass_matrix": "mass matrix",
@@ -72,7 +72,7 @@ def _ratio(result: Result, asked: object) -> float | None:
 
 def _ours(result: Result, function: str, form: str) -> Timing | None:
     """The fastest on one thread."""
-    return best([t for t in result.timings if t.who != PARALLEL], function, form, "symdyn")
+    return best([t for t in result.timings if not t.who.endswith(ALL_CORES)], function, form, "symdyn")
 
 
 def tables(results: Results) -> str:
@@ -140,7 +140,20 @@ def _limits(results: Results) -> str:
             cells += [f"{ours.ns:.1f}", f"{least / ours.ns:.0%}"] if ours else ["", ""]
             cells += [f"{theirs.ns / least:.0f}" if theirs else "", f"{asked.ratio[robot]:g}"]
             lines.append(_line(f"{robot}, {WORDS[asked.function]}", cells))
+    lines += ["", f"On all cores, in place, by the clock: {_gains(results)}."]
     return "\n".join(lines)
+
+
+def _gains(results: Results) -> str:
+    """How much quicker a batch in place is on all cores."""
+    found = []
+    for robot, result in results.items():
+        for form in (BATCH, MILLION):
+            timed = [t for t in result.timings if (t.function, t.form) == ("inverse_dynamics", form)]
+            ns = {t.who: t.ns for t in timed if t.who.startswith(IN_PLACE)}
+            if len(ns) == 2:
+                found.append(f"{ns[IN_PLACE] / ns[f'{IN_PLACE}, {ALL_CORES}']:.1f} times as fast ({robot}, {form})")
+    return "; ".join(found)
 
 
 def _cited(results: Results) -> str:

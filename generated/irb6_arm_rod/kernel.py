@@ -9,7 +9,8 @@ NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
 NAME_batch_into the same and an array for the results, which saves much time where they are many,
-NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+NAME_batch_parallel and NAME_batch_parallel_into the same on all cores, and NAME_soa one state per column (structure
+of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
@@ -446,6 +447,29 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_soa(q, qd, qdd):
     """inverse_dynamics of every column: structure of arrays."""
@@ -627,6 +651,31 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_soa(q, qd, qdd, p):
     """inverse_dynamics_p of every column: structure of arrays."""
@@ -789,6 +838,29 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_batch_parallel_into(q, qd, tau, out):
+    """forward_dynamics of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_rows(q, qd, tau, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -971,6 +1043,31 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_p_batch_parallel_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_p_rows(q, qd, tau, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_soa(q, qd, tau, p):
     """forward_dynamics_p of every column: structure of arrays."""
@@ -1106,6 +1203,23 @@ def mass_matrix_batch_parallel(q):
     return out.reshape((count, 2, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_batch_parallel_into(q, out):
+    """mass_matrix of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_rows(q, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_soa(q):
     """mass_matrix of every column: structure of arrays."""
@@ -1239,6 +1353,25 @@ def mass_matrix_p_batch_parallel(q, p):
     return out.reshape((count, 2, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_p_batch_parallel_into(q, p, out):
+    """mass_matrix_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_soa(q, p):
     """mass_matrix_p of every column: structure of arrays."""
@@ -1356,6 +1489,23 @@ def mass_matrix_inverse_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel_into(q, out):
+    """mass_matrix_inverse of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1489,6 +1639,25 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel_into(q, p, out):
+    """mass_matrix_inverse_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1625,6 +1794,26 @@ def bias_force_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def bias_force_batch_parallel_into(q, qd, out):
+    """bias_force of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _bias_force_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1782,6 +1971,28 @@ def bias_force_p_batch_parallel(q, qd, p):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def bias_force_p_batch_parallel_into(q, qd, p, out):
+    """bias_force_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _bias_force_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_soa(q, qd, p):
     """bias_force_p of every column: structure of arrays."""
@@ -1902,6 +2113,23 @@ def gravity_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def gravity_batch_parallel_into(q, out):
+    """gravity of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _gravity_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2028,6 +2256,25 @@ def gravity_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def gravity_p_batch_parallel_into(q, p, out):
+    """gravity_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _gravity_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2161,6 +2408,26 @@ def energy_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def energy_batch_parallel_into(q, qd, out):
+    """energy of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _energy_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2318,6 +2585,28 @@ def energy_p_batch_parallel(q, qd, p):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def energy_p_batch_parallel_into(q, qd, p, out):
+    """energy_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _energy_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def energy_p_soa(q, qd, p):
     """energy_p of every column: structure of arrays."""
@@ -2451,6 +2740,26 @@ def actuation_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def actuation_batch_parallel_into(x, u, out):
+    """actuation of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _actuation_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2594,6 +2903,28 @@ def actuation_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def actuation_p_batch_parallel_into(x, u, p, out):
+    """actuation_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _actuation_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2740,6 +3071,26 @@ def state_derivative_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_batch_parallel_into(x, u, out):
+    """state_derivative of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2902,6 +3253,28 @@ def state_derivative_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3078,6 +3451,29 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_state_jacobian_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_state_jacobian_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3280,6 +3676,31 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     return out.reshape((count, 2, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_state_jacobian_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     """inverse_dynamics_state_jacobian_p of every column: structure of arrays."""
@@ -3460,6 +3881,29 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_state_jacobian_batch_parallel_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_state_jacobian_rows(q, qd, tau, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3665,6 +4109,31 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     return out.reshape((count, 2, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_state_jacobian_p_batch_parallel_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if tau.shape[1] != 2 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 4):
+        raise ValueError("out must have the shape (states, 2, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     """forward_dynamics_state_jacobian_p of every column: structure of arrays."""
@@ -3841,6 +4310,26 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_state_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_state_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_state_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4035,6 +4524,28 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_state_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_state_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_soa(x, u, p):
     """state_derivative_state_jacobian_p of every column: structure of arrays."""
@@ -4176,6 +4687,26 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_input_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_input_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_input_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4333,6 +4864,28 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_input_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 2):
+        raise ValueError("out must have the shape (states, 4, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_input_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4502,6 +5055,29 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_parameter_jacobian_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 3):
+        raise ValueError("out must have the shape (states, 2, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4697,6 +5273,31 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     return out.reshape((count, 2, 3))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_parameter_jacobian_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if qdd.shape[1] != 2 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 3):
+        raise ValueError("out must have the shape (states, 2, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_parameter_jacobian_p_soa(q, qd, qdd, p):
     """inverse_dynamics_parameter_jacobian_p of every column: structure of arrays."""
@@ -4869,6 +5470,26 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_parameter_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4, 3):
+        raise ValueError("out must have the shape (states, 4, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_parameter_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5063,6 +5684,28 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 4, 3))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_parameter_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 4:
+        raise ValueError("x must have 4 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4, 3):
+        raise ValueError("out must have the shape (states, 4, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_parameter_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_soa(x, u, p):
     """state_derivative_parameter_jacobian_p of every column: structure of arrays."""
@@ -5206,6 +5849,23 @@ def forward_kinematics_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel_into(q, out):
+    """forward_kinematics of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5359,6 +6019,25 @@ def forward_kinematics_p_batch_parallel(q, p):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel_into(q, p, out):
+    """forward_kinematics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_soa(q, p):
     """forward_kinematics_p of every column: structure of arrays."""
@@ -5493,6 +6172,23 @@ def jacobian_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel_into(q, out):
+    """jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5640,6 +6336,25 @@ def jacobian_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel_into(q, p, out):
+    """jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5800,6 +6515,26 @@ def jacobian_rate_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel_into(q, qd, out):
+    """jacobian_rate of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5980,6 +6715,28 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     return out.reshape((count, 6, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel_into(q, qd, p, out):
+    """jacobian_rate_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 2):
+        raise ValueError("out must have the shape (states, 6, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_soa(q, qd, p):
     """jacobian_rate_p of every column: structure of arrays."""
@@ -6110,6 +6867,23 @@ def center_of_mass_batch_parallel(q):
     return out.reshape((count, 3))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel_into(q, out):
+    """center_of_mass of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def center_of_mass_soa(q):
     """center_of_mass of every column: structure of arrays."""
@@ -6237,6 +7011,25 @@ def center_of_mass_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel_into(q, p, out):
+    """center_of_mass_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6376,6 +7169,26 @@ def coriolis_matrix_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel_into(q, qd, out):
+    """coriolis_matrix of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6535,6 +7348,28 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     return out.reshape((count, 2, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if qd.shape[1] != 2 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 2 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2, 2):
+        raise ValueError("out must have the shape (states, 2, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_soa(q, qd, p):
     """coriolis_matrix_p of every column: structure of arrays."""
@@ -6677,6 +7512,26 @@ def wrench_effort_batch_parallel(q, wrench):
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel_into(q, wrench, out):
+    """wrench_effort of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6833,6 +7688,28 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel_into(q, wrench, p, out):
+    """wrench_effort_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 2:
+        raise ValueError("q must have 2 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 3:
+        raise ValueError("p must have 3 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -9,7 +9,8 @@ NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
 NAME_batch_into the same and an array for the results, which saves much time where they are many,
-NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+NAME_batch_parallel and NAME_batch_parallel_into the same on all cores, and NAME_soa one state per column (structure
+of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
@@ -451,6 +452,29 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     return out.reshape((count, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_soa(q, qd, qdd):
     """inverse_dynamics of every column: structure of arrays."""
@@ -669,6 +693,31 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     return out.reshape((count, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_soa(q, qd, qdd, p):
     """inverse_dynamics_p of every column: structure of arrays."""
@@ -846,6 +895,29 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_batch_parallel_into(q, qd, tau, out):
+    """forward_dynamics of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_rows(q, qd, tau, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1063,6 +1135,31 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     return out.reshape((count, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_p_batch_parallel_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_p_rows(q, qd, tau, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_soa(q, qd, tau, p):
     """forward_dynamics_p of every column: structure of arrays."""
@@ -1207,6 +1304,23 @@ def mass_matrix_batch_parallel(q):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_batch_parallel_into(q, out):
+    """mass_matrix of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_rows(q, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_soa(q):
     """mass_matrix of every column: structure of arrays."""
@@ -1349,6 +1463,25 @@ def mass_matrix_p_batch_parallel(q, p):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_p_batch_parallel_into(q, p, out):
+    """mass_matrix_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_soa(q, p):
     """mass_matrix_p of every column: structure of arrays."""
@@ -1477,6 +1610,23 @@ def mass_matrix_inverse_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel_into(q, out):
+    """mass_matrix_inverse of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1621,6 +1771,25 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel_into(q, p, out):
+    """mass_matrix_inverse_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_soa(q, p):
     """mass_matrix_inverse_p of every column: structure of arrays."""
@@ -1760,6 +1929,26 @@ def bias_force_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def bias_force_batch_parallel_into(q, qd, out):
+    """bias_force of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _bias_force_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1945,6 +2134,28 @@ def bias_force_p_batch_parallel(q, qd, p):
     return out.reshape((count, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def bias_force_p_batch_parallel_into(q, qd, p, out):
+    """bias_force_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _bias_force_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_soa(q, qd, p):
     """bias_force_p of every column: structure of arrays."""
@@ -2065,6 +2276,23 @@ def gravity_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def gravity_batch_parallel_into(q, out):
+    """gravity of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _gravity_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2188,6 +2416,25 @@ def gravity_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def gravity_p_batch_parallel_into(q, p, out):
+    """gravity_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _gravity_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2328,6 +2575,26 @@ def energy_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def energy_batch_parallel_into(q, qd, out):
+    """energy of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _energy_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2497,6 +2764,28 @@ def energy_p_batch_parallel(q, qd, p):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def energy_p_batch_parallel_into(q, qd, p, out):
+    """energy_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _energy_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def energy_p_soa(q, qd, p):
     """energy_p of every column: structure of arrays."""
@@ -2632,6 +2921,26 @@ def actuation_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def actuation_batch_parallel_into(x, u, out):
+    """actuation of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _actuation_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2778,6 +3087,28 @@ def actuation_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def actuation_p_batch_parallel_into(x, u, p, out):
+    """actuation_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _actuation_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2938,6 +3269,26 @@ def state_derivative_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_batch_parallel_into(x, u, out):
+    """state_derivative of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9):
+        raise ValueError("out must have the shape (states, 9)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3144,6 +3495,28 @@ def state_derivative_p_batch_parallel(x, u, p):
     return out.reshape((count, 9))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9):
+        raise ValueError("out must have the shape (states, 9)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_p_soa(x, u, p):
     """state_derivative_p of every column: structure of arrays."""
@@ -3329,6 +3702,29 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_state_jacobian_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_state_jacobian_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3559,6 +3955,31 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     return out.reshape((count, 4, 8))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_state_jacobian_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_state_jacobian_p_soa(q, qd, qdd, p):
     """inverse_dynamics_state_jacobian_p of every column: structure of arrays."""
@@ -3749,6 +4170,29 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 8))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_state_jacobian_batch_parallel_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_state_jacobian_rows(q, qd, tau, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3982,6 +4426,31 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     return out.reshape((count, 4, 8))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_state_jacobian_p_batch_parallel_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if tau.shape[1] != 4 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 8):
+        raise ValueError("out must have the shape (states, 4, 8)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     """forward_dynamics_state_jacobian_p of every column: structure of arrays."""
@@ -4209,6 +4678,26 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_state_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_state_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9, 9):
+        raise ValueError("out must have the shape (states, 9, 9)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_state_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4478,6 +4967,28 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 9, 9))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_state_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9, 9):
+        raise ValueError("out must have the shape (states, 9, 9)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_state_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_soa(x, u, p):
     """state_derivative_state_jacobian_p of every column: structure of arrays."""
@@ -4620,6 +5131,26 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_input_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_input_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9, 1):
+        raise ValueError("out must have the shape (states, 9, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_input_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4773,6 +5304,28 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_input_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9, 1):
+        raise ValueError("out must have the shape (states, 9, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_input_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5023,6 +5576,29 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_parameter_jacobian_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 21):
+        raise ValueError("out must have the shape (states, 4, 21)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5297,6 +5873,31 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_parameter_jacobian_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if qdd.shape[1] != 4 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 21):
+        raise ValueError("out must have the shape (states, 4, 21)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5662,6 +6263,26 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 9, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_parameter_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 9, 21):
+        raise ValueError("out must have the shape (states, 9, 21)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_parameter_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6073,6 +6694,28 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 9, 21))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_parameter_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 9, 21):
+        raise ValueError("out must have the shape (states, 9, 21)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_parameter_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_soa(x, u, p):
     """state_derivative_parameter_jacobian_p of every column: structure of arrays."""
@@ -6205,6 +6848,26 @@ def output_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _output_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_batch_parallel_into(x, u, out):
+    """output of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6350,6 +7013,28 @@ def output_p_batch_parallel(x, u, p):
     return out.reshape((count, 1))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_p_batch_parallel_into(x, u, p, out):
+    """output_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def output_p_soa(x, u, p):
     """output_p of every column: structure of arrays."""
@@ -6492,6 +7177,26 @@ def output_state_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _output_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 9))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_state_jacobian_batch_parallel_into(x, u, out):
+    """output_state_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1, 9):
+        raise ValueError("out must have the shape (states, 1, 9)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_state_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6647,6 +7352,28 @@ def output_state_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 1, 9))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_state_jacobian_p_batch_parallel_into(x, u, p, out):
+    """output_state_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1, 9):
+        raise ValueError("out must have the shape (states, 1, 9)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_state_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def output_state_jacobian_p_soa(x, u, p):
     """output_state_jacobian_p of every column: structure of arrays."""
@@ -6780,6 +7507,26 @@ def output_input_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _output_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_input_jacobian_batch_parallel_into(x, u, out):
+    """output_input_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_input_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6923,6 +7670,28 @@ def output_input_jacobian_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _output_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_input_jacobian_p_batch_parallel_into(x, u, p, out):
+    """output_input_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1, 1):
+        raise ValueError("out must have the shape (states, 1, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_input_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7080,6 +7849,26 @@ def output_parameter_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _output_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 1, 21))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_parameter_jacobian_batch_parallel_into(x, u, out):
+    """output_parameter_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1, 21):
+        raise ValueError("out must have the shape (states, 1, 21)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_parameter_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7247,6 +8036,28 @@ def output_parameter_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 1, 21))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def output_parameter_jacobian_p_batch_parallel_into(x, u, p, out):
+    """output_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1, 21):
+        raise ValueError("out must have the shape (states, 1, 21)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _output_parameter_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def output_parameter_jacobian_p_soa(x, u, p):
     """output_parameter_jacobian_p of every column: structure of arrays."""
@@ -7384,6 +8195,23 @@ def forward_kinematics_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel_into(q, out):
+    """forward_kinematics of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7526,6 +8354,25 @@ def forward_kinematics_p_batch_parallel(q, p):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel_into(q, p, out):
+    """forward_kinematics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_kinematics_p_soa(q, p):
     """forward_kinematics_p of every column: structure of arrays."""
@@ -7662,6 +8509,23 @@ def jacobian_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel_into(q, out):
+    """jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7808,6 +8672,25 @@ def jacobian_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel_into(q, p, out):
+    """jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7959,6 +8842,26 @@ def jacobian_rate_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel_into(q, qd, out):
+    """jacobian_rate of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8127,6 +9030,28 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     return out.reshape((count, 6, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel_into(q, qd, p, out):
+    """jacobian_rate_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 4):
+        raise ValueError("out must have the shape (states, 6, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_soa(q, qd, p):
     """jacobian_rate_p of every column: structure of arrays."""
@@ -8275,6 +9200,26 @@ def coriolis_matrix_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel_into(q, qd, out):
+    """coriolis_matrix of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8435,6 +9380,28 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     return out.reshape((count, 4, 4))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if qd.shape[1] != 4 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 4 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_soa(q, qd, p):
     """coriolis_matrix_p of every column: structure of arrays."""
@@ -8569,6 +9536,26 @@ def wrench_effort_batch_parallel(q, wrench):
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel_into(q, wrench, out):
+    """wrench_effort of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8713,6 +9700,28 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel_into(q, wrench, p, out):
+    """wrench_effort_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 4:
+        raise ValueError("q must have 4 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4):
+        raise ValueError("out must have the shape (states, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -9,7 +9,8 @@ NAME_p(..., p) takes them as a vector in the order of PARAMETERS. Of both, NAME_
 array that is given last; NAME_packed takes one vector, the arguments and behind them room for the
 result, which is the quickest from Python; NAME_batch takes arrays of states, one per row,
 NAME_batch_into the same and an array for the results, which saves much time where they are many,
-NAME_batch_parallel the same on all cores, and NAME_soa one state per column (structure of arrays).
+NAME_batch_parallel and NAME_batch_parallel_into the same on all cores, and NAME_soa one state per column (structure
+of arrays).
 Batches are computed in blocks across states, in which the compiler can use vector instructions.
 """
 
@@ -619,6 +620,29 @@ def inverse_dynamics_batch_parallel(q, qd, qdd):
     return out.reshape((count, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_soa(q, qd, qdd):
     """inverse_dynamics of every column: structure of arrays."""
@@ -1108,6 +1132,31 @@ def inverse_dynamics_p_batch_parallel(q, qd, qdd, p):
     return out.reshape((count, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def inverse_dynamics_p_soa(q, qd, qdd, p):
     """inverse_dynamics_p of every column: structure of arrays."""
@@ -1550,6 +1599,29 @@ def forward_dynamics_batch_parallel(q, qd, tau):
     for part in prange((count + share - 1) // share):
         _forward_dynamics_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_batch_parallel_into(q, qd, tau, out):
+    """forward_dynamics of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_rows(q, qd, tau, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2184,6 +2256,31 @@ def forward_dynamics_p_batch_parallel(q, qd, tau, p):
     return out.reshape((count, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_p_batch_parallel_into(q, qd, tau, p, out):
+    """forward_dynamics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_p_rows(q, qd, tau, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_p_soa(q, qd, tau, p):
     """forward_dynamics_p of every column: structure of arrays."""
@@ -2431,6 +2528,23 @@ def mass_matrix_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _mass_matrix_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_batch_parallel_into(q, out):
+    """mass_matrix of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2797,6 +2911,25 @@ def mass_matrix_p_batch_parallel(q, p):
     return out.reshape((count, 6, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_p_batch_parallel_into(q, p, out):
+    """mass_matrix_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_p_soa(q, p):
     """mass_matrix_p of every column: structure of arrays."""
@@ -3088,6 +3221,23 @@ def mass_matrix_inverse_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _mass_matrix_inverse_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_batch_parallel_into(q, out):
+    """mass_matrix_inverse of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3507,6 +3657,25 @@ def mass_matrix_inverse_p_batch_parallel(q, p):
     return out.reshape((count, 6, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def mass_matrix_inverse_p_batch_parallel_into(q, p, out):
+    """mass_matrix_inverse_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _mass_matrix_inverse_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def mass_matrix_inverse_p_soa(q, p):
     """mass_matrix_inverse_p of every column: structure of arrays."""
@@ -3795,6 +3964,26 @@ def bias_force_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _bias_force_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def bias_force_batch_parallel_into(q, qd, out):
+    """bias_force of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _bias_force_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4218,6 +4407,28 @@ def bias_force_p_batch_parallel(q, qd, p):
     return out.reshape((count, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def bias_force_p_batch_parallel_into(q, qd, p, out):
+    """bias_force_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _bias_force_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def bias_force_p_soa(q, qd, p):
     """bias_force_p of every column: structure of arrays."""
@@ -4370,6 +4581,23 @@ def gravity_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _gravity_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def gravity_batch_parallel_into(q, out):
+    """gravity of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _gravity_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4541,6 +4769,25 @@ def gravity_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _gravity_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def gravity_p_batch_parallel_into(q, p, out):
+    """gravity_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _gravity_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4758,6 +5005,26 @@ def energy_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _energy_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def energy_batch_parallel_into(q, qd, out):
+    """energy of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _energy_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5072,6 +5339,28 @@ def energy_p_batch_parallel(q, qd, p):
     return out.reshape((count, 2))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def energy_p_batch_parallel_into(q, qd, p, out):
+    """energy_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _energy_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def energy_p_soa(q, qd, p):
     """energy_p of every column: structure of arrays."""
@@ -5214,6 +5503,26 @@ def actuation_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _actuation_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def actuation_batch_parallel_into(x, u, out):
+    """actuation of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _actuation_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5366,6 +5675,28 @@ def actuation_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _actuation_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def actuation_p_batch_parallel_into(x, u, p, out):
+    """actuation_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _actuation_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5798,6 +6129,26 @@ def state_derivative_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_batch_parallel_into(x, u, out):
+    """state_derivative of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6419,6 +6770,28 @@ def state_derivative_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12):
+        raise ValueError("out must have the shape (states, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7166,6 +7539,29 @@ def inverse_dynamics_state_jacobian_batch_parallel(q, qd, qdd):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_state_jacobian_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics_state_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_state_jacobian_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8091,6 +8487,31 @@ def inverse_dynamics_state_jacobian_p_batch_parallel(q, qd, qdd, p):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_state_jacobian_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_state_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_state_jacobian_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9845,6 +10266,29 @@ def forward_dynamics_state_jacobian_batch_parallel(q, qd, tau):
     for part in prange((count + share - 1) // share):
         _forward_dynamics_state_jacobian_rows(q, qd, tau, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_state_jacobian_batch_parallel_into(q, qd, tau, out):
+    """forward_dynamics_state_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_state_jacobian_rows(q, qd, tau, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -12162,6 +12606,31 @@ def forward_dynamics_state_jacobian_p_batch_parallel(q, qd, tau, p):
     return out.reshape((count, 6, 12))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_dynamics_state_jacobian_p_batch_parallel_into(q, qd, tau, p, out):
+    """forward_dynamics_state_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if tau.shape[1] != 6 or tau.shape[0] != q.shape[0]:
+        raise ValueError("tau must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 12):
+        raise ValueError("out must have the shape (states, 6, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    tau = np.asarray(tau, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_dynamics_state_jacobian_p_rows(q, qd, tau, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def forward_dynamics_state_jacobian_p_soa(q, qd, tau, p):
     """forward_dynamics_state_jacobian_p of every column: structure of arrays."""
@@ -14044,6 +14513,26 @@ def state_derivative_state_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_state_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 12))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_state_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_state_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_state_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16486,6 +16975,28 @@ def state_derivative_state_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 12, 12))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_state_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_state_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 12):
+        raise ValueError("out must have the shape (states, 12, 12)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_state_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_state_jacobian_p_soa(x, u, p):
     """state_derivative_state_jacobian_p of every column: structure of arrays."""
@@ -16831,6 +17342,26 @@ def state_derivative_input_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_input_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_input_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_input_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -17321,6 +17852,28 @@ def state_derivative_input_jacobian_p_batch_parallel(x, u, p):
     for part in prange((count + share - 1) // share):
         _state_derivative_input_jacobian_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_input_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_input_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 6):
+        raise ValueError("out must have the shape (states, 12, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_input_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -18373,6 +18926,29 @@ def inverse_dynamics_parameter_jacobian_batch_parallel(q, qd, qdd):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_parameter_jacobian_batch_parallel_into(q, qd, qdd, out):
+    """inverse_dynamics_parameter_jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 65):
+        raise ValueError("out must have the shape (states, 6, 65)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_parameter_jacobian_rows(q, qd, qdd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -19575,6 +20151,31 @@ def inverse_dynamics_parameter_jacobian_p_batch_parallel(q, qd, qdd, p):
     for part in prange((count + share - 1) // share):
         _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def inverse_dynamics_parameter_jacobian_p_batch_parallel_into(q, qd, qdd, p, out):
+    """inverse_dynamics_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if qdd.shape[1] != 6 or qdd.shape[0] != q.shape[0]:
+        raise ValueError("qdd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 65):
+        raise ValueError("out must have the shape (states, 6, 65)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    qdd = np.asarray(qdd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _inverse_dynamics_parameter_jacobian_p_rows(q, qd, qdd, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -23292,6 +23893,26 @@ def state_derivative_parameter_jacobian_batch_parallel(x, u):
     for part in prange((count + share - 1) // share):
         _state_derivative_parameter_jacobian_rows(x, u, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 12, 65))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_parameter_jacobian_batch_parallel_into(x, u, out):
+    """state_derivative_parameter_jacobian of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    count = x.shape[0]
+    if out.shape != (count, 12, 65):
+        raise ValueError("out must have the shape (states, 12, 65)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_parameter_jacobian_rows(x, u, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -27620,6 +28241,28 @@ def state_derivative_parameter_jacobian_p_batch_parallel(x, u, p):
     return out.reshape((count, 12, 65))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def state_derivative_parameter_jacobian_p_batch_parallel_into(x, u, p, out):
+    """state_derivative_parameter_jacobian_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 12:
+        raise ValueError("x must have 12 columns, a row per state")
+    if u.shape[1] != 6 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = x.shape[0]
+    if out.shape != (count, 12, 65):
+        raise ValueError("out must have the shape (states, 12, 65)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _state_derivative_parameter_jacobian_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def state_derivative_parameter_jacobian_p_soa(x, u, p):
     """state_derivative_parameter_jacobian_p of every column: structure of arrays."""
@@ -27799,6 +28442,23 @@ def forward_kinematics_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _forward_kinematics_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_batch_parallel_into(q, out):
+    """forward_kinematics of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -27989,6 +28649,25 @@ def forward_kinematics_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _forward_kinematics_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 4, 4))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def forward_kinematics_p_batch_parallel_into(q, p, out):
+    """forward_kinematics_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 4, 4):
+        raise ValueError("out must have the shape (states, 4, 4)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _forward_kinematics_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28187,6 +28866,23 @@ def jacobian_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _jacobian_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_batch_parallel_into(q, out):
+    """jacobian of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28397,6 +29093,25 @@ def jacobian_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _jacobian_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_p_batch_parallel_into(q, p, out):
+    """jacobian_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28655,6 +29370,26 @@ def jacobian_rate_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _jacobian_rate_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_batch_parallel_into(q, qd, out):
+    """jacobian_rate of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28934,6 +29669,28 @@ def jacobian_rate_p_batch_parallel(q, qd, p):
     return out.reshape((count, 6, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def jacobian_rate_p_batch_parallel_into(q, qd, p, out):
+    """jacobian_rate_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _jacobian_rate_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def jacobian_rate_p_soa(q, qd, p):
     """jacobian_rate_p of every column: structure of arrays."""
@@ -29074,6 +29831,23 @@ def center_of_mass_batch_parallel(q):
     for part in prange((count + share - 1) // share):
         _center_of_mass_rows(q, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_batch_parallel_into(q, out):
+    """center_of_mass of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_rows(q, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -29247,6 +30021,25 @@ def center_of_mass_p_batch_parallel(q, p):
     for part in prange((count + share - 1) // share):
         _center_of_mass_p_rows(q, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 3))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def center_of_mass_p_batch_parallel_into(q, p, out):
+    """center_of_mass_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 3):
+        raise ValueError("out must have the shape (states, 3)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _center_of_mass_p_rows(q, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -29649,6 +30442,26 @@ def coriolis_matrix_batch_parallel(q, qd):
     for part in prange((count + share - 1) // share):
         _coriolis_matrix_rows(q, qd, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_batch_parallel_into(q, qd, out):
+    """coriolis_matrix of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_rows(q, qd, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30178,6 +30991,28 @@ def coriolis_matrix_p_batch_parallel(q, qd, p):
     return out.reshape((count, 6, 6))
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def coriolis_matrix_p_batch_parallel_into(q, qd, p, out):
+    """coriolis_matrix_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if qd.shape[1] != 6 or qd.shape[0] != q.shape[0]:
+        raise ValueError("qd must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6, 6):
+        raise ValueError("out must have the shape (states, 6, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    qd = np.asarray(qd, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _coriolis_matrix_p_rows(q, qd, p, flat, part * share, min(count, (part + 1) * share))
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def coriolis_matrix_p_soa(q, qd, p):
     """coriolis_matrix_p of every column: structure of arrays."""
@@ -30354,6 +31189,26 @@ def wrench_effort_batch_parallel(q, wrench):
     for part in prange((count + share - 1) // share):
         _wrench_effort_rows(q, wrench, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_batch_parallel_into(q, wrench, out):
+    """wrench_effort of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_rows(q, wrench, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30544,6 +31399,28 @@ def wrench_effort_p_batch_parallel(q, wrench, p):
     for part in prange((count + share - 1) // share):
         _wrench_effort_p_rows(q, wrench, p, out, part * share, min(count, (part + 1) * share))
     return out.reshape((count, 6))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def wrench_effort_p_batch_parallel_into(q, wrench, p, out):
+    """wrench_effort_p of every row, on all cores, written into an array."""
+    if q.shape[1] != 6:
+        raise ValueError("q must have 6 columns, a row per state")
+    if wrench.shape[1] != 6 or wrench.shape[0] != q.shape[0]:
+        raise ValueError("wrench must have as many rows as q, and 6 columns")
+    if p.shape[0] != 65:
+        raise ValueError("p must have 65 entries")
+    count = q.shape[0]
+    if out.shape != (count, 6):
+        raise ValueError("out must have the shape (states, 6)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    q = np.asarray(q, np.float64).ravel()
+    wrench = np.asarray(wrench, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _wrench_effort_p_rows(q, wrench, p, flat, part * share, min(count, (part + 1) * share))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

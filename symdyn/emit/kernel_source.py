@@ -79,6 +79,7 @@ def _function(form: Form) -> str:
             "flat": "" if flat else ".ravel()",
             "out_checks": "\n".join(_out_checks(size, flat)),
             "scratch_arguments": _each(arguments, states, "{}_"),
+            "arguments_flat": ", ".join([*(a.name for a in arguments), "flat"]),
             "flat_arguments": _each(arguments, states, "np.asarray({}, np.float64).ravel()"),
             "flattened": "\n".join(f"    {a.name} = np.asarray({a.name}, np.float64).ravel()" for a in states),
             "gather_rows": "\n".join(_squares("_gather", *vector) for vector in vectors if vector[1]),

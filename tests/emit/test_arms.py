@@ -28,9 +28,9 @@ def kernel(interpret: Callable[[Compiled], Kernel]) -> Callable[[str], Kernel]:
     return cache(lambda name: interpret(compile_robot(arm(name))))
 
 
-def states(name: str, count: int = STATES) -> list[tuple[np.ndarray, ...]]:
+def states(name: str) -> list[tuple[np.ndarray, ...]]:
     n = len(arm(name).joints)
-    return [tuple(rows) for rows in np.random.default_rng(7).uniform(-3, 3, (count, 3, n))]
+    return [tuple(rows) for rows in np.random.default_rng(7).uniform(-3, 3, (STATES, 3, n))]
 
 
 def assert_same(ours: np.ndarray, theirs: np.ndarray) -> None:
@@ -67,7 +67,7 @@ def test_forward_dynamics(name: str, kernel: Callable[[str], Kernel]) -> None:
 def test_derivatives(name: str, kernel: Callable[[str], Kernel]) -> None:
     model, found, n = model_of(arm(name)), kernel(name), len(arm(name).joints)
     data = model.createData()
-    for q, qd, third in states(name, 100):
+    for q, qd, third in states(name):
         dq, dqd, _ = pin.computeRNEADerivatives(model, data, q, qd, third)
         assert_same(found.inverse_dynamics_state_jacobian(q, qd, third), np.hstack([dq, dqd]))
         dq, dqd, inverse = (np.array(part) for part in pin.computeABADerivatives(model, data, q, qd, third))

@@ -42,6 +42,9 @@ def test_batches(name: str, count: int, compiled: Callable[[str], Compiled], int
     getattr(kernel, f"{name}_batch_into")(*arguments, out)
     np.testing.assert_array_equal(out, wanted)
     np.testing.assert_array_equal(getattr(kernel, f"{name}_batch_parallel")(*arguments), wanted)
+    out = np.full(wanted.shape, np.nan)
+    getattr(kernel, f"{name}_batch_parallel_into")(*arguments, out)
+    np.testing.assert_array_equal(out, wanted)
     np.testing.assert_array_equal(np.moveaxis(getattr(kernel, f"{name}_soa")(*columns), -1, 0), wanted)
 
 
@@ -75,8 +78,9 @@ def test_batches_refuse_another_shape(interpreted: Interpreted) -> None:
 
 def test_batches_refuse_results_that_are_not_contiguous(interpreted: Interpreted) -> None:
     q = np.zeros((3, 2))
-    with pytest.raises(ValueError, match="out must be contiguous"):
-        interpreted(MACHINE).inverse_dynamics_batch_into(q, q, q, np.zeros((3, 4))[:, ::2])
+    for form in ("batch_into", "batch_parallel_into"):
+        with pytest.raises(ValueError, match="out must be contiguous"):
+            getattr(interpreted(MACHINE), f"inverse_dynamics_{form}")(q, q, q, np.zeros((3, 4))[:, ::2])
 
 
 @pytest.mark.parametrize("count", [1, 7, 8, 33, 71])
@@ -117,3 +121,6 @@ def test_compiled_ones(compiled: Callable[[str], Compiled], interpreted: Interpr
     kernel.mass_matrix_batch_into(arguments[0], masses)
     assert np.isfinite(masses).all()
     np.testing.assert_allclose(kernel.inverse_dynamics_batch_parallel(*arguments), wanted, rtol=1e-11, atol=1e-12)
+    rows = np.full_like(wanted, np.nan)
+    kernel.inverse_dynamics_batch_parallel_into(*arguments, rows)
+    np.testing.assert_allclose(rows, wanted, rtol=1e-11, atol=1e-12)
