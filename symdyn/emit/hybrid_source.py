@@ -48,7 +48,7 @@ def hybrid_source(hybrid: HybridEquations, forms: Sequence[Form], affine: bool, 
 
 
 _DECORATORS = {
-    "compiled": '@njit(cache=True, error_model="numpy")',
+    "compiled": '@njit(cache=True, nogil=True, error_model="numpy")',  # for batches in threads
     "inlined": '@njit(cache=True, forceinline=True, error_model="numpy")',  # arrays are dear as arguments
 }
 _NOTHING = '''

@@ -1,4 +1,4 @@
-"""Thousands of simulations of one affine machine in one call: sets of parameters, starts or inputs, on all cores."""
+"""Thousands of simulations of one machine in one call: sets of parameters, starts or inputs, on all cores."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from symdyn.numeric.hybrid.affine import propagate
 from symdyn.numeric.hybrid.affine_modes import Base, room
 from symdyn.numeric.hybrid.affine_store import MOST_STEPS, Bases, divided, levels_of
 from symdyn.numeric.hybrid.affine_switches import BASE, EVENTS, STEPS, TALLY, begin, pick
+from symdyn.numeric.hybrid.batch_singly import Found, simulate_singly
 from symdyn.numeric.hybrid.machine import FRICTION, Machine
-from symdyn.numeric.hybrid.samples import refuse_clocks
 from symdyn.numeric.hybrid.signals import Signal, exosystem
 from symdyn.numeric.hybrid.trajectory import (
     CHATTERS,
@@ -45,7 +45,10 @@ ENDED = {
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """B simulations. What ended early has a ``failure`` that says so, and is not a number from there on."""
+    """B simulations. What ended early has a ``failure`` that says so, and is not a number from there on.
+
+    Of machines that are not propagated together, it is not a number at all.
+    """
 
     time: Array  # (N,)
     states: Array  # (B, N, nx)
@@ -63,23 +66,25 @@ def simulate_batch(
     starts: Array | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Batch:
-    """Simulate B sets, each as ``simulate_affine`` does it alone, bit by bit, on all threads of Numba.
+    """Simulate B sets, each as ``simulate_events`` does it alone, bit by bit, on all threads of Numba.
 
     ``signals`` one per input, for all, or B lists of them whose pieces begin at the same times and have the same
     shapes. ``parameters`` (B, np) and ``starts`` (B, nx); what is not given is as in the machine, and at rest.
-    ``progress`` is told how many of how many sets are done.
+    ``progress`` is told how many of how many sets are done. Machines that are affine in every mode, and not sampled,
+    are propagated together, in compiled code; others one by one.
 
-    Raises InputError (SD302) for what no set can be simulated with, or if the machine is not affine. A set
-    that fails says so in ``failures``, and the others go on.
+    Raises InputError (SD302) for what no set can be simulated with, or for ``parameters`` of a machine that is not
+    affine, whose code holds its numbers. A set that fails says so in ``failures``, and the others go on.
     """
-    refuse_clocks(machine, "batches")
     kernel = machine.kernel
     nx, nu = len(kernel.states), len(kernel.inputs)
     each = _lists(signals)
     given = {len(part) for part in (parameters, starts, each if len(each) > 1 else None) if part is not None}
-    if not machine.affine or len(given) > 1:
-        what = "this machine is not affine" if not machine.affine else "sets of different numbers were given"
-        raise InputError(Problem("SD302", what))
+    if len(given) > 1:
+        raise InputError(Problem("SD302", "sets of different numbers were given"))
+    if parameters is not None and not machine.affine:
+        hint = "put each set of parameters into the robot, and compile it"
+        raise InputError(Problem("SD302", "this machine is not affine: its code holds its numbers", hint=hint))
     sets = given.pop() if given else 1
     p = np.broadcast_to(machine.parameters, (sets, len(kernel.parameters))) if parameters is None else parameters
     x = np.zeros((sets, nx)) if starts is None else np.array(starts, dtype=np.float64)
@@ -87,6 +92,8 @@ def simulate_batch(
         raise InputError(Problem("SD302", f"{len(kernel.parameters)} parameters and {nx} states are needed for a set"))
     for one in each:
         check(time, np.zeros(nx), nx, one, nu)
+    if not machine.affine or len(machine.clocks):
+        return _singly(time, simulate_singly(machine, time, each, parameters, x, progress), x)
     if len({tuple(stretches(time, one)) for one in each}) > 1:
         raise InputError(Problem("SD302", "inputs of all sets must change at the same times"))
     counts = np.zeros((2, sets), np.int64)
@@ -100,6 +107,18 @@ def simulate_batch(
         if progress is not None:
             progress(here.stop, sets)
     return Batch(time, batch.states, batch.events, batch.steps, tuple(ENDED[int(s)] for s in status))
+
+
+def _singly(time: Array, found: Sequence[Found], starts: Array) -> Batch:
+    states = np.full((len(found), len(time), starts.shape[1]), np.nan)
+    events, steps = np.zeros((2, len(found)), np.int64)
+    failures = [""] * len(found)
+    for k, one in enumerate(found):
+        if isinstance(one, str):
+            failures[k] = one
+        else:
+            states[k], events[k], steps[k] = one.states, len(one.events), one.steps
+    return Batch(time, states, events, steps, tuple(failures))
 
 
 def _lists(signals: Sequence[Signal] | Sequence[Sequence[Signal]]) -> list[list[Signal]]:

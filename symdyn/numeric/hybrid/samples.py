@@ -73,12 +73,6 @@ def updated_slopes(
     return x, slopes
 
 
-def refuse_clocks(machine: Machine, what: str) -> None:
-    """InputError (SD453) for a sampled machine, whose jumps at samples ``what`` does not follow."""
-    if len(machine.clocks):
-        raise InputError(Problem("SD453", f"{what}: the robot has sampled servo loops", hint="leave their period out"))
-
-
 def timing(machine: Machine) -> tuple[str, ...]:
     """The parameters that move the instants of samples; of a machine that is affine in every mode."""
     x, u, s = (np.zeros(len(v)) for v in (machine.kernel.states, machine.kernel.inputs, machine.switches))

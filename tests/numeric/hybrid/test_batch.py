@@ -12,9 +12,10 @@ from benchmarks.drive.machine import seed_drive
 from symdyn.base.errors import InputError
 from symdyn.numeric.hybrid.affine_simulation import simulate_affine
 from symdyn.numeric.hybrid.batch import simulate_batch
+from symdyn.numeric.hybrid.general_simulation import simulate_general
 from symdyn.numeric.hybrid.signals import constant, sine, step
 
-from .machines import COULOMB, SLIDER, SPRING, machine
+from .machines import COULOMB, SLIDER, SPRING, effect, machine
 
 TIME = np.linspace(0.0, 0.2, 21)
 
@@ -87,3 +88,37 @@ def test_what_fails_says_so_and_leaves_the_others_alone() -> None:
 def test_sets_that_do_not_fit_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError, match="SD302"):
         simulate_batch(machine(SLIDER), TIME, **{"signals": [constant(0.0)], **wrong})
+
+
+PENDULUM = """
+[robot]
+name = "pendulum"
+gravity = [0, -9.81, 0]
+[dh]
+rows = [["q", 0, 1, 0]]
+[[joint]]
+name = "pivot"
+link = { mass = 1, com = [0, 0, 0] }
+"""
+
+
+def test_machines_that_are_not_affine_are_simulated_side_by_side() -> None:
+    """Starts and inputs may differ; a set that fails says so, and the others are as they are alone."""
+    swing = machine(PENDULUM + effect("coulomb_friction", "pivot", level=0.5))
+    starts = np.array([[0.3, 0.0], [1.0, 0.0], [0.0, 1e200], [-2.0, 0.4]])
+    inputs = [[sine(a, 1.0)] for a in (0.0, 3.0, 0.0, 9.0)]
+    done: list[tuple[int, int]] = []
+    batch = simulate_batch(swing, TIME, inputs, starts=starts, progress=lambda now, of: done.append((now, of)))
+    assert done == [(k, 4) for k in (1, 2, 3, 4)]
+    for k in (0, 1, 3):
+        alone = simulate_general(swing, TIME, inputs[k], start=starts[k])
+        assert np.array_equal(alone.states, batch.states[k])
+        assert (len(alone.events), alone.steps, "") == (batch.events[k], batch.steps[k], batch.failures[k])
+    assert batch.failures[2]
+    assert np.all(np.isnan(batch.states[2]))
+
+
+def test_numbers_that_stand_in_the_code_cannot_be_given() -> None:
+    swing = machine(PENDULUM)
+    with pytest.raises(InputError, match="SD302: this machine is not affine: its code holds its numbers"):
+        simulate_batch(swing, TIME, [constant(0.0)], parameters=swing.kernel.values[None])

@@ -218,10 +218,17 @@ def test_the_energy_of_a_sampled_drive_is_accounted_for(reports: int) -> None:
     assert energy_balance(sampled, trajectory, signals).closure < 1e-9
 
 
-def test_batches_refuse_a_sampled_machine() -> None:
-    sampled, time = machine(loop(proportional=1.0, period=T)), np.linspace(0.0, 0.1, 11)
-    with pytest.raises(InputError, match=r"SD453: .* sampled servo loops"):
-        simulate_batch(sampled, time, [constant(1.0)], starts=np.zeros((2, sampled.size)))
+def test_a_batch_of_sampled_machines_gives_what_each_gives_alone() -> None:
+    sampled, time = machine(loop(proportional=20.0, period=T)), np.linspace(0.0, 0.1, 11)
+    place = next(k for k, p in enumerate(sampled.kernel.parameters) if p.endswith("proportional"))
+    parameters = np.tile(sampled.kernel.values, (3, 1))
+    parameters[:, place] = 10.0, 20.0, 30.0
+    batch = simulate_batch(sampled, time, [constant(3.0)], parameters=parameters)
+    assert batch.failures == ("",) * 3
+    for k, p in enumerate(parameters):
+        alone = simulate_affine(Machine(sampled.kernel, p), time, [constant(3.0)])
+        assert np.array_equal(alone.states, batch.states[k])
+        assert alone.steps == batch.steps[k]
 
 
 def test_sensitivities_of_a_geometric_series() -> None:
