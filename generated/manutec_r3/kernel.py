@@ -10294,7 +10294,9 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[71 * S + k] = t3002 - t1308 * t2988 - t1310 * t2996
 
 
-_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4)))
+_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11225,7 +11227,10 @@ def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
     reciprocal_3 = -t1367
     reciprocal_4 = -t1338
     reciprocal_5 = 2.3588076698990195
-    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0,
+        reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -12640,7 +12645,9 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[71 * S + k] = t3179 - t1516 * t3165 - t1518 * t3173
 
 
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4)))
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -13738,7 +13745,10 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     reciprocal_3 = t1571
     reciprocal_4 = t1544
     reciprocal_5 = t1509
-    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0,
+        reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -15083,7 +15093,9 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[143 * S + k] = t3002 - t1308 * t2988 - t1310 * t2996
 
 
-_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4)))
+_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -16086,7 +16098,10 @@ def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t1367
     reciprocal_4 = -t1338
     reciprocal_5 = 2.3588076698990195
-    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0,
+        reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -17551,7 +17566,9 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[143 * S + k] = t3179 - t1516 * t3165 - t1518 * t3173
 
 
-_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4)))
+_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -18721,7 +18738,10 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = t1571
     reciprocal_4 = t1544
     reciprocal_5 = t1509
-    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0,
+        reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -24423,7 +24443,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[707 * S + k] = t5073 - t644 * t5055 - t645 * t5061 - t647 * t5069
 
 
-_state_derivative_parameter_jacobian_columns = _columns(354, 59, (0, 0, 0, 0, 0, 0), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4)))
+_state_derivative_parameter_jacobian_columns = _columns(354, 59, (0, 0, 0, 0, 0, 0), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -26037,7 +26059,10 @@ def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t704
     reciprocal_4 = -t675
     reciprocal_5 = 2.3588076698990195
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0,
+        reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28580,7 +28605,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[707 * S + k] = t5247 - t814 * t5233 - t816 * t5241
 
 
-_state_derivative_parameter_jacobian_p_columns = _columns(354, 59, (0, 0, 0, 0, 0, 0), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4)))
+_state_derivative_parameter_jacobian_p_columns = _columns(354, 59, (0, 0, 0, 0, 0, 0), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -30432,7 +30459,10 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = t870
     reciprocal_4 = t843
     reciprocal_5 = t808
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, reciprocal_0,
+        reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -13395,7 +13395,9 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[97 * S + k] = t4469 - t1848 * t4451 - t1850 * t4461
 
 
-_forward_dynamics_state_jacobian_columns = _columns(0, 14, (1, 1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5)))
+_forward_dynamics_state_jacobian_columns = _columns(0, 14, (1, 1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -14747,7 +14749,11 @@ def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
     reciprocal_4 = t1914
     reciprocal_5 = t1880
     reciprocal_6 = 203.68042513969147
-    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0, factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
+    _forward_dynamics_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0,
+        factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16650,7 +16656,9 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[97 * S + k] = t4688 - t2125 * t4670 - t2127 * t4680
 
 
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 14, (1, 1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5)))
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 14, (1, 1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -18144,7 +18152,11 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     reciprocal_4 = t2189
     reciprocal_5 = t2156
     reciprocal_6 = -t2116
-    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0, factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
+    _forward_dynamics_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0,
+        factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -20016,7 +20028,9 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[195 * S + k] = t4469 - t1848 * t4451 - t1850 * t4461
 
 
-_state_derivative_state_jacobian_columns = _columns(98, 14, (1, 1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5)))
+_state_derivative_state_jacobian_columns = _columns(98, 14, (1, 1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -21466,7 +21480,11 @@ def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_4 = t1914
     reciprocal_5 = t1880
     reciprocal_6 = 203.68042513969147
-    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0, factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
+    _state_derivative_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0,
+        factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -23445,7 +23463,9 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[195 * S + k] = t4688 - t2125 * t4670 - t2127 * t4680
 
 
-_state_derivative_state_jacobian_p_columns = _columns(98, 14, (1, 1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5)))
+_state_derivative_state_jacobian_p_columns = _columns(98, 14, (1, 1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -25037,7 +25057,11 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_4 = t2189
     reciprocal_5 = t2156
     reciprocal_6 = -t2116
-    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0, factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
+    _state_derivative_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0,
+        factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -34194,7 +34218,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[1063 * S + k] = t9448 - t1011 * t9438
 
 
-_state_derivative_parameter_jacobian_columns = _columns(532, 76, (0, 0, 0, 0, 0, 0, 0), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5)))
+_state_derivative_parameter_jacobian_columns = _columns(532, 76, (0, 0, 0, 0, 0, 0, 0), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -36964,7 +36990,11 @@ def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_4 = t1081
     reciprocal_5 = t1044
     reciprocal_6 = 203.68042513969147
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0, factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
+    _state_derivative_parameter_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0,
+        factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -41015,7 +41045,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[1063 * S + k] = t9647
 
 
-_state_derivative_parameter_jacobian_p_columns = _columns(532, 76, (0, 0, 0, 0, 0, 0, 0), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5)))
+_state_derivative_parameter_jacobian_p_columns = _columns(532, 76, (0, 0, 0, 0, 0, 0, 0), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3), (5, 4), (6, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -43971,7 +44003,11 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_4 = t1318
     reciprocal_5 = t1283
     reciprocal_6 = -t1244
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0, factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
+    _state_derivative_parameter_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, factor_5_4, factor_6_0,
+        factor_6_1, factor_6_2, factor_6_3, factor_6_4, factor_6_5, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5, reciprocal_6,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -9414,7 +9414,9 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[71 * S + k] = t2302 - t1002 * t2290
 
 
-_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2), (5, 3)))
+_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10156,7 +10158,10 @@ def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
     reciprocal_3 = -t1032
     reciprocal_4 = 5.83606090588883
     reciprocal_5 = 5.151863922779921
-    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11470,7 +11475,9 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[71 * S + k] = t2738 - t1302 * t2724
 
 
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12484,7 +12491,10 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     reciprocal_3 = t1337
     reciprocal_4 = t1309
     reciprocal_5 = t1299
-    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -13602,7 +13612,9 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[143 * S + k] = t2302 - t1002 * t2290
 
 
-_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -14415,7 +14427,10 @@ def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t1032
     reciprocal_4 = 5.83606090588883
     reciprocal_5 = 5.151863922779921
-    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -15779,7 +15794,9 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[143 * S + k] = t2738 - t1302 * t2724
 
 
-_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -16865,7 +16882,10 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = t1337
     reciprocal_4 = t1309
     reciprocal_5 = t1299
-    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -22262,7 +22282,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[779 * S + k] = t4570 - t582 * t4554 - t584 * t4560
 
 
-_state_derivative_parameter_jacobian_columns = _columns(390, 65, (0, 0, 0, 0, 0, 26), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_parameter_jacobian_columns = _columns(390, 65, (0, 0, 0, 0, 0, 26), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -23795,7 +23817,10 @@ def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t612
     reciprocal_4 = 5.83606090588883
     reciprocal_5 = 5.151863922779921
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -26328,7 +26353,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[779 * S + k] = t5029 - t788 * t5015
 
 
-_state_derivative_parameter_jacobian_p_columns = _columns(390, 65, (0, 0, 0, 0, 0, 26), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_parameter_jacobian_p_columns = _columns(390, 65, (0, 0, 0, 0, 0, 26), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -28131,7 +28158,10 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = t823
     reciprocal_4 = t795
     reciprocal_5 = t785
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

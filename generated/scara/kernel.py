@@ -4334,7 +4334,7 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[31 * S + k] = 0.0
 
 
-_forward_dynamics_state_jacobian_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+_forward_dynamics_state_jacobian_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4692,7 +4692,7 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[31 * S + k] = 0.0
 
 
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5097,7 +5097,7 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[63 * S + k] = 0.0
 
 
-_state_derivative_state_jacobian_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+_state_derivative_state_jacobian_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5496,7 +5496,7 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[63 * S + k] = 0.0
 
 
-_state_derivative_state_jacobian_p_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1)))
+_state_derivative_state_jacobian_p_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7258,7 +7258,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[215 * S + k] = u_4 * -100.0
 
 
-_state_derivative_parameter_jacobian_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1)))
+_state_derivative_parameter_jacobian_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8067,7 +8067,7 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[215 * S + k] = t90 * -alpha_4_z
 
 
-_state_derivative_parameter_jacobian_p_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1)))
+_state_derivative_parameter_jacobian_p_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)

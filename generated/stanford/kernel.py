@@ -8264,7 +8264,9 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[71 * S + k] = -(t755 * t1950) - t757 * t1956 - t759 * t1966
 
 
-_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8911,7 +8913,10 @@ def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
     reciprocal_3 = -t798
     reciprocal_4 = 8.148888119704473
     reciprocal_5 = 49.26108374384237
-    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9990,7 +9995,9 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[71 * S + k] = -(t933 * t2193) - t935 * t2199 - t936 * t2209
 
 
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10781,7 +10788,10 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     reciprocal_3 = t968
     reciprocal_4 = t943
     reciprocal_5 = t932
-    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11791,7 +11801,9 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[143 * S + k] = -(t755 * t1950) - t757 * t1956 - t759 * t1966
 
 
-_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12510,7 +12522,10 @@ def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t798
     reciprocal_4 = 8.148888119704473
     reciprocal_5 = 49.26108374384237
-    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -13638,7 +13653,9 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[143 * S + k] = -(t933 * t2193) - t935 * t2199 - t936 * t2209
 
 
-_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -14500,7 +14517,10 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = t968
     reciprocal_4 = t943
     reciprocal_5 = t932
-    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -18525,7 +18545,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[503 * S + k] = t2926 - t394 * t2914
 
 
-_state_derivative_parameter_jacobian_columns = _columns(252, 42, (0, 0, 0, 0, 0, 33), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+_state_derivative_parameter_jacobian_columns = _columns(252, 42, (0, 0, 0, 0, 0, 33), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -19598,7 +19620,10 @@ def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t438
     reciprocal_4 = 8.148888119704473
     reciprocal_5 = 49.26108374384237
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -21242,7 +21267,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[503 * S + k] = t3002
 
 
-_state_derivative_parameter_jacobian_p_columns = _columns(252, 42, (0, 0, 0, 0, 0, 33), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 3)))
+_state_derivative_parameter_jacobian_p_columns = _columns(252, 42, (0, 0, 0, 0, 0, 33), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -22453,7 +22480,10 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = t547
     reciprocal_4 = t518
     reciprocal_5 = t507
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

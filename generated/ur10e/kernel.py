@@ -9355,7 +9355,9 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[71 * S + k] = t2400
 
 
-_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_forward_dynamics_state_jacobian_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10124,7 +10126,10 @@ def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
     reciprocal_3 = -t1048
     reciprocal_4 = -t1015
     reciprocal_5 = 2941.176470588235
-    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11345,7 +11350,9 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     out[71 * S + k] = t2570
 
 
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_forward_dynamics_state_jacobian_p_columns = _columns(0, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12261,7 +12268,10 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     reciprocal_3 = -t1232
     reciprocal_4 = t1200
     reciprocal_5 = t1194
-    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _forward_dynamics_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -13417,7 +13427,9 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[143 * S + k] = t2400
 
 
-_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_state_jacobian_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -14258,7 +14270,10 @@ def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t1048
     reciprocal_4 = -t1015
     reciprocal_5 = 2941.176470588235
-    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -15529,7 +15544,9 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     out[143 * S + k] = t2570
 
 
-_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_state_jacobian_p_columns = _columns(72, 12, (1, 1, 1, 1, 1, 1), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -16517,7 +16534,10 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = -t1232
     reciprocal_4 = t1200
     reciprocal_5 = t1194
-    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_state_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -21655,7 +21675,9 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[647 * S + k] = t4232 - c_5 * t4214 - c_5 * t4220
 
 
-_state_derivative_parameter_jacobian_columns = _columns(324, 54, (0, 0, 0, 0, 0, 51), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_parameter_jacobian_columns = _columns(324, 54, (0, 0, 0, 0, 0, 51), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -23115,7 +23137,10 @@ def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
     reciprocal_3 = -t581
     reciprocal_4 = -t547
     reciprocal_5 = 2941.176470588235
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -25369,7 +25394,9 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[647 * S + k] = t4473 - c_5 * t4459
 
 
-_state_derivative_parameter_jacobian_p_columns = _columns(324, 54, (0, 0, 0, 0, 0, 51), ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1), (5, 2), (5, 3)))
+_state_derivative_parameter_jacobian_p_columns = _columns(324, 54, (0, 0, 0, 0, 0, 51), (
+    (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3), (5, 0), (5, 1),
+    (5, 2), (5, 3),))
 
 
 @njit(forceinline=True, error_model="numpy", fastmath=FAST)
@@ -27062,7 +27089,10 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     reciprocal_3 = -t736
     reciprocal_4 = t704
     reciprocal_5 = t845
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1, factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
+    _state_derivative_parameter_jacobian_p_columns(out, (
+        factor_1_0, factor_2_0, factor_2_1, factor_3_0, factor_3_1, factor_3_2, factor_4_0, factor_4_1,
+        factor_4_2, factor_4_3, factor_5_0, factor_5_1, factor_5_2, factor_5_3, reciprocal_0, reciprocal_1,
+        reciprocal_2, reciprocal_3, reciprocal_4, reciprocal_5,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

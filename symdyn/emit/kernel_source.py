@@ -11,7 +11,7 @@ from symdyn import __version__
 from symdyn.derive.equations import EquationsOfMotion
 from symdyn.emit.forms import Form
 from symdyn.emit.numba_printer import body_lines, lines_before_columns
-from symdyn.emit.printer import PARAMETERS
+from symdyn.emit.printer import LINE_WIDTH, PARAMETERS
 from symdyn.emit.tables import about, free_parameters, name_tables, parameter_values
 from symdyn.emit.templates import render
 from symdyn.program.columns import Columns
@@ -102,12 +102,25 @@ def _single(columns: Columns, name: str) -> str:
             "start": str(columns.start),
             "width": str(columns.width),
             "first": repr(columns.first),
-            "places": repr(columns.factors),
+            "places": _on_lines(columns.factors),
             "arguments": ", ".join(a.name for a in columns.head.arguments),
             "body": "\n".join(body),
-            "numbers": ", ".join(numbers),
+            "numbers": _on_lines(numbers, "        "),
         },
     )
+
+
+def _on_lines(items: Sequence[object], indent: str = "    ") -> str:
+    """Items of a tuple, on lines of their own where one is too short for them."""
+    text = "".join(f"{item}, " for item in items).rstrip()
+    if len(text) <= LINE_WIDTH:
+        return text
+    lines = [""]
+    for item in items:
+        if len(lines[-1]) + len(f"{item}, ") > LINE_WIDTH:
+            lines.append("")
+        lines[-1] += f"{item}, "
+    return "\n" + "\n".join(f"{indent}{line.rstrip()}" for line in lines)
 
 
 def _out_checks(size: int, flat: bool) -> Iterator[str]:
