@@ -4266,54 +4266,50 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): twice the velocity of its frame
     t10 = qd_1 * s_2
+    v_2r_x = t10 * 0.8
     # link 2 (arm2): composite body, before its turn
     h_2b_x = c_2 * 0.875 + 0.6000000000000001
     # link 1 (arm1): composite body
-    t17 = c_2 * 0.35000000000000003
+    t19 = c_2 * 0.35000000000000003
     # link 1 (arm1): composite body: flow of its moments
-    t18 = qd_2 * s_2
+    C_1_n_z = qd_2 * s_2 * -0.7000000000000001
     # link 2 (arm2): axis of joint 1
     x0_1_2_vr_x = s_2 * 0.4
     # solve: L D L^T
-    t22 = t17 + 0.74375
-    t24 = t22 * 1.3445378151260503
-    t34 = tau_2 + tau_4 - 0.35000000000000003 * (qd_1 * t10)
-    # derivative of effort
-    t36 = omega_2_z * x0_1_2_vr_x
-    # solve: L D L^T
-    t42 = tau_1 + tau_4 - t24 * t34 + 0.35000000000000003 * (qd_1 * t18)
-    t45 = 1.0 / (t17 + h_2b_x * 0.4 - t22 * t24 + 2.12375)
-    t46 = (t42 + 0.875 * (qd_2 * t36)) * t45
+    t26 = t19 + 0.74375
+    t28 = t26 * 1.3445378151260503
+    t39 = tau_2 + tau_4 - qd_1 * v_2r_x * 0.4375
+    t41 = omega_2_z * x0_1_2_vr_x
+    t50 = tau_1 + tau_4 - t28 * t39 - qd_1 * C_1_n_z * 0.5 + 0.875 * (qd_2 * t41)
+    t51 = 1.0 / (t19 + h_2b_x * 0.4 - t26 * t28 + 2.12375)
+    t52 = t50 * t51
     # link 2 (arm2): acceleration
-    t51 = c_2 * (qd_1 * qd_1) - s_2 * t46
-    # derivative of effort
-    t60 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t34 - t24 * t46)
-    t61 = 0.35000000000000003 * (t51 - c_2 * (omega_2_z * omega_2_z))
+    t57 = c_2 * (qd_1 * qd_1) - s_2 * t52
+    t58 = 0.4 * t57
     # solve: L D L^T
-    t71 = 0.875 * t60 - t61 - t24 * (t51 * -0.35000000000000003)
-    t72 = t45 * t71
-    t74 = t51 * -0.47058823529411764
-    t75 = t24 * t72
-    t80 = t18 * 0.7000000000000001 - t24 * (t10 * -0.7000000000000001)
-    t81 = t45 * t80
-    t83 = t10 * -0.9411764705882353
-    t84 = t24 * t81
-    t88 = t45 * (t36 * 1.75)
-    t89 = t24 * t88
+    t63 = x0_1_2_vr_x * (t52 + 1.3445378151260503 * t39 - t28 * t52)
+    t69 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
+    t71 = t51 * (0.875 * (t58 - t28 * t58 - t63) - t69)
+    t73 = t28 * t71
+    t75 = t57 * 0.4705882352941176
+    t83 = t51 * (C_1_n_z - 0.875 * (v_2r_x * t28))
+    t88 = t28 * t83 - t10 * 0.9411764705882352
+    t92 = t41 * t51 * 1.75
+    t93 = t28 * t92
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t72
+    out[1 * S + k] = -t71
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t81
-    out[5 * S + k] = t88
+    out[4 * S + k] = -t83
+    out[5 * S + k] = t92
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = t74 - t75
+    out[9 * S + k] = t73 - t75
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t83 - t84
-    out[13 * S + k] = -t89
+    out[12 * S + k] = t88
+    out[13 * S + k] = -t93
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
@@ -4325,94 +4321,13 @@ def _forward_dynamics_state_jacobian(q, qd, tau, out, k, S, turns):
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
-    out[25 * S + k] = t72 - (t75 - t74)
+    out[25 * S + k] = -(t71 + (t75 - t73))
     out[26 * S + k] = 0.0
     out[27 * S + k] = 0.0
-    out[28 * S + k] = t81 - (t84 - t83)
-    out[29 * S + k] = t88 - t89
+    out[28 * S + k] = t88 - t83
+    out[29 * S + k] = t92 - t93
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
-
-
-_forward_dynamics_state_jacobian_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, k, S, turns):
-    q_2 = q[1 * S + k]
-    qd_1 = qd[0 * S + k]
-    qd_2 = qd[1 * S + k]
-    tau_1 = tau[0 * S + k]
-    tau_2 = tau[1 * S + k]
-    tau_4 = tau[3 * S + k]
-    s_2, c_2 = turns((q_2,))
-    # link 2 (arm2): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): twice the velocity of its frame
-    t10 = qd_1 * s_2
-    # link 2 (arm2): composite body, before its turn
-    h_2b_x = c_2 * 0.875 + 0.6000000000000001
-    # link 1 (arm1): composite body
-    t17 = c_2 * 0.35000000000000003
-    # link 1 (arm1): composite body: flow of its moments
-    t18 = qd_2 * s_2
-    # link 2 (arm2): axis of joint 1
-    x0_1_2_vr_x = s_2 * 0.4
-    # solve: L D L^T
-    t23 = t17 + 0.74375
-    t25 = t23 * 1.3445378151260503
-    t35 = tau_2 + tau_4 - 0.35000000000000003 * (qd_1 * t10)
-    # derivative of effort
-    t37 = omega_2_z * x0_1_2_vr_x
-    # solve: L D L^T
-    t43 = tau_1 + tau_4 - t25 * t35 + 0.35000000000000003 * (qd_1 * t18)
-    t46 = 1.0 / (t17 + h_2b_x * 0.4 - t23 * t25 + 2.12375)
-    t47 = (t43 + 0.875 * (qd_2 * t37)) * t46
-    # link 2 (arm2): acceleration
-    t52 = c_2 * (qd_1 * qd_1) - s_2 * t47
-    # derivative of effort
-    t61 = x0_1_2_vr_x * (t47 + 1.3445378151260503 * t35 - t25 * t47)
-    t62 = 0.35000000000000003 * (t52 - c_2 * (omega_2_z * omega_2_z))
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.875 * t61 - t62
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = t18 * 0.7000000000000001
-    out[5 * S + k] = t37 * 1.75
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = t52 * -0.35000000000000003
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = t10 * -0.7000000000000001
-    out[13 * S + k] = 0.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 0.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = 0.0
-    out[27 * S + k] = 0.0
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = 0.0
-    out[30 * S + k] = 0.0
-    out[31 * S + k] = 0.0
-    factor_1_0 = t25
-    factor_3_0 = -1.0
-    factor_3_1 = -1.0
-    reciprocal_0 = t46
-    reciprocal_1 = 1.3445378151260503
-    reciprocal_2 = 0.6666666666666666
-    reciprocal_3 = 10.0
-    _forward_dynamics_state_jacobian_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4425,7 +4340,7 @@ def forward_dynamics_state_jacobian(q, qd, tau):
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, 0, 1, _together)
+    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -4442,7 +4357,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 32 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4450,7 +4365,7 @@ def forward_dynamics_state_jacobian_packed(both):
     """forward_dynamics_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 44:
         raise ValueError("forward_dynamics_state_jacobian_packed takes 44 numbers: q, qd, tau, result")
-    _forward_dynamics_state_jacobian_of_one(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
+    _forward_dynamics_state_jacobian(both[0:4], both[4:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4605,115 +4520,6 @@ def _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, k, S, turns):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
-    s_2, c_2 = turns((q_2,))
-    # link 3 (quill): base parameters
-    J_3_11 = p_quill_mass + p_flange_mass
-    # link 2 (arm2): base parameters
-    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    # link 1 (arm1): base parameters
-    t23 = p_arm1_mass * (p_arm1_dh_a + p_arm1_com_x)
-    # link 2 (arm2): axis of joint 1
-    x0_1_2_vr_y = p_arm1_dh_a * c_2
-    # link 2 (arm2): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 3 (quill): composite body, before its turn
-    h_3b_x = p_arm2_dh_a * J_3_11
-    # link 2 (arm2): composite body
-    h_2_x = J_2_x1 + h_3b_x
-    # link 2 (arm2): axis of joint 1
-    x0_1_2_vr_x = p_arm1_dh_a * s_2
-    # solve: L D L^T
-    t33 = qd_2 * x0_1_2_vr_x
-    # link 1 (arm1): composite body: flow of its moments
-    t34 = h_2_x * t33
-    # link 2 (arm2): Coriolis terms
-    t37 = omega_2_z * h_2_x * 2.0
-    t38 = h_2_x * x0_1_2_vr_x
-    t39 = qd_1 * t38
-    t42 = x0_1_2_vr_y * h_2_x
-    # solve: L D L^T
-    t45 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t46 = p_arm2_dh_a * h_2_x + t45
-    t47 = t42 + t46
-    t48 = 1.0 / t46
-    t49 = t47 * t48
-    t57 = t23 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
-    t61 = p_arm1_com_x * t23 + (p_arm1_inertia_zz + t46 - t47 * t49)
-    t65 = tau_2 + tau_4 - qd_1 * t39
-    t74 = qd_1 * t34 + (tau_1 + tau_4 - t49 * t65) + t33 * t37 * 0.5
-    t75 = 1.0 / (p_arm1_dh_a * t57 + t61)
-    t76 = t74 * t75
-    # link 2 (arm2): change with its position
-    t83 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t76)
-    t84 = -t83
-    # derivative of effort
-    t89 = t42 * (omega_2_z * omega_2_z) + (t38 * (t76 + t48 * t65 - t49 * t76) - t83)
-    t92 = t39 * -2.0
-    # solve: L D L^T
-    t95 = t75 * (t89 - t49 * t84)
-    t96 = t48 * t84
-    t97 = t49 * t95
-    t103 = t75 * (t34 * 2.0 - t49 * t92)
-    t104 = t48 * t92
-    t105 = t49 * t103
-    t109 = x0_1_2_vr_x * t37 * t75
-    t110 = t49 * t109
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = t95
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = t103
-    out[5 * S + k] = t109
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = t96 - t97
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = t104 - t105
-    out[13 * S + k] = -t110
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 0.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = t95 - (t97 - t96)
-    out[26 * S + k] = 0.0
-    out[27 * S + k] = 0.0
-    out[28 * S + k] = t103 - (t105 - t104)
-    out[29 * S + k] = t109 - t110
-    out[30 * S + k] = 0.0
-    out[31 * S + k] = 0.0
-
-
-_forward_dynamics_state_jacobian_p_columns = _columns(0, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
-    q_2 = q[1 * S + k]
-    qd_1 = qd[0 * S + k]
-    qd_2 = qd[1 * S + k]
-    tau_1 = tau[0 * S + k]
-    tau_2 = tau[1 * S + k]
-    tau_4 = tau[3 * S + k]
-    p_arm1_dh_a = p[2]
-    p_arm2_dh_a = p[3]
-    p_arm1_mass = p[5]
-    p_arm1_com_x = p[6]
-    p_arm1_inertia_zz = p[10]
-    p_arm2_mass = p[11]
-    p_arm2_com_x = p[12]
-    p_arm2_inertia_zz = p[16]
-    p_quill_mass = p[17]
-    p_quill_inertia_zz = p[21]
-    p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
     s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
@@ -4739,38 +4545,45 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     # link 2 (arm2): Coriolis terms
     t38 = omega_2_z * h_2_x * 2.0
     t39 = h_2_x * x0_1_2_vr_x
-    t40 = qd_1 * t39
+    C_2_c_z = 2.0 * (qd_1 * t39)
     t43 = x0_1_2_vr_y * h_2_x
+    t45 = p_flange_inertia_zz + (p_arm2_inertia_zz + p_quill_inertia_zz)
+    t47 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t45)
     # solve: L D L^T
-    t47 = p_arm2_com_x * J_2_x1 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t48 = p_arm2_dh_a * h_2_x + t47
-    t49 = t43 + t48
-    t50 = 1.0 / t48
-    t51 = t49 * t50
-    t59 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
-    t63 = p_arm1_com_x * t24 + (p_arm1_inertia_zz + t48 - t49 * t51)
-    t67 = tau_2 + tau_4 - qd_1 * t40
-    t76 = qd_1 * t35 + (tau_1 + tau_4 - t51 * t67) + t34 * t38 * 0.5
-    t77 = 1.0 / (p_arm1_dh_a * t59 + t63)
-    t78 = t76 * t77
+    t49 = p_flange_inertia_zz - t47
+    t50 = t43 - t49
+    t51 = 1.0 / t49
+    t52 = t50 * t51
+    t60 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t64 = p_arm1_com_x * t24 + (t50 * t52 + (p_arm1_inertia_zz - t49))
+    t70 = tau_2 + tau_4 - qd_1 * C_2_c_z * 0.5
+    t79 = t52 * t70 + (tau_1 + tau_4) + 0.5 * (t34 * t38 + 2.0 * (qd_1 * t35))
+    t80 = 1.0 / (p_arm1_dh_a * t60 + t64)
+    t81 = t79 * t80
     # link 2 (arm2): change with its position
-    t85 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t78)
-    # derivative of effort
-    t91 = t43 * (omega_2_z * omega_2_z) + (t39 * (t78 + t50 * t67 - t51 * t78) - t85)
+    t88 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t81)
+    # solve: L D L^T
+    t94 = t88 - t39 * (t52 * t81 + (t81 - t51 * t70)) - t43 * (omega_2_z * omega_2_z)
+    t96 = t80 * (t52 * t88 + t94)
+    t100 = t51 * t88 - t52 * t96
+    t105 = t80 * (t35 * 2.0 - C_2_c_z * t52)
+    t108 = C_2_c_z * t51 + t52 * t105
+    t111 = t80 * (x0_1_2_vr_x * t38)
+    t112 = t52 * t111
     out[0 * S + k] = 0.0
-    out[1 * S + k] = t91
+    out[1 * S + k] = -t96
     out[2 * S + k] = 0.0
     out[3 * S + k] = 0.0
-    out[4 * S + k] = t35 * 2.0
-    out[5 * S + k] = x0_1_2_vr_x * t38
+    out[4 * S + k] = t105
+    out[5 * S + k] = t111
     out[6 * S + k] = 0.0
     out[7 * S + k] = 0.0
     out[8 * S + k] = 0.0
-    out[9 * S + k] = -t85
+    out[9 * S + k] = t100
     out[10 * S + k] = 0.0
     out[11 * S + k] = 0.0
-    out[12 * S + k] = t40 * -2.0
-    out[13 * S + k] = 0.0
+    out[12 * S + k] = t108
+    out[13 * S + k] = t112
     out[14 * S + k] = 0.0
     out[15 * S + k] = 0.0
     out[16 * S + k] = 0.0
@@ -4782,21 +4595,13 @@ def _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, k, S, turns):
     out[22 * S + k] = 0.0
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
+    out[25 * S + k] = t100 - t96
     out[26 * S + k] = 0.0
     out[27 * S + k] = 0.0
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = 0.0
+    out[28 * S + k] = t105 + t108
+    out[29 * S + k] = t111 + t112
     out[30 * S + k] = 0.0
     out[31 * S + k] = 0.0
-    factor_1_0 = t51
-    factor_3_0 = -1.0
-    factor_3_1 = -1.0
-    reciprocal_0 = t77
-    reciprocal_1 = t50
-    reciprocal_2 = 1.0 / J_3_11
-    reciprocal_3 = 1.0 / p_flange_inertia_zz
-    _forward_dynamics_state_jacobian_p_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4811,7 +4616,7 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(32)
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, 0, 1, _together)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
     return out.reshape((4, 8))
 
 
@@ -4830,7 +4635,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 32 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4838,7 +4643,7 @@ def forward_dynamics_state_jacobian_p_packed(both):
     """forward_dynamics_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("forward_dynamics_state_jacobian_p_packed takes 71 numbers: q, qd, tau, p, result")
-    _forward_dynamics_state_jacobian_p_of_one(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
+    _forward_dynamics_state_jacobian_p(both[0:4], both[4:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4997,40 +4802,36 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): twice the velocity of its frame
     t10 = qd_1 * s_2
+    v_2r_x = t10 * 0.8
     # link 2 (arm2): composite body, before its turn
     h_2b_x = c_2 * 0.875 + 0.6000000000000001
     # link 1 (arm1): composite body
-    t17 = c_2 * 0.35000000000000003
+    t19 = c_2 * 0.35000000000000003
     # link 1 (arm1): composite body: flow of its moments
-    t18 = qd_2 * s_2
+    C_1_n_z = qd_2 * s_2 * -0.7000000000000001
     # link 2 (arm2): axis of joint 1
     x0_1_2_vr_x = s_2 * 0.4
     # solve: L D L^T
-    t22 = t17 + 0.74375
-    t24 = t22 * 1.3445378151260503
-    t34 = u_2 + u_4 - 0.35000000000000003 * (qd_1 * t10)
-    # derivative of effort
-    t36 = omega_2_z * x0_1_2_vr_x
-    # solve: L D L^T
-    t42 = u_1 + u_4 - t24 * t34 + 0.35000000000000003 * (qd_1 * t18)
-    t45 = 1.0 / (t17 + h_2b_x * 0.4 - t22 * t24 + 2.12375)
-    t46 = (t42 + 0.875 * (qd_2 * t36)) * t45
+    t26 = t19 + 0.74375
+    t28 = t26 * 1.3445378151260503
+    t39 = u_2 + u_4 - qd_1 * v_2r_x * 0.4375
+    t41 = omega_2_z * x0_1_2_vr_x
+    t50 = u_1 + u_4 - t28 * t39 - qd_1 * C_1_n_z * 0.5 + 0.875 * (qd_2 * t41)
+    t51 = 1.0 / (t19 + h_2b_x * 0.4 - t26 * t28 + 2.12375)
+    t52 = t50 * t51
     # link 2 (arm2): acceleration
-    t51 = c_2 * (qd_1 * qd_1) - s_2 * t46
-    # derivative of effort
-    t60 = x0_1_2_vr_x * (t46 + 1.3445378151260503 * t34 - t24 * t46)
-    t61 = 0.35000000000000003 * (t51 - c_2 * (omega_2_z * omega_2_z))
+    t57 = c_2 * (qd_1 * qd_1) - s_2 * t52
+    t58 = 0.4 * t57
     # solve: L D L^T
-    t71 = 0.875 * t60 - t61 - t24 * (t51 * -0.35000000000000003)
-    t72 = t45 * t71
-    t74 = t51 * -0.47058823529411764
-    t75 = t24 * t72
-    t80 = t18 * 0.7000000000000001 - t24 * (t10 * -0.7000000000000001)
-    t81 = t45 * t80
-    t83 = t10 * -0.9411764705882353
-    t84 = t24 * t81
-    t88 = t45 * (t36 * 1.75)
-    t89 = t24 * t88
+    t63 = x0_1_2_vr_x * (t52 + 1.3445378151260503 * t39 - t28 * t52)
+    t69 = 0.35000000000000003 * (c_2 * (omega_2_z * omega_2_z))
+    t71 = t51 * (0.875 * (t58 - t28 * t58 - t63) - t69)
+    t73 = t28 * t71
+    t75 = t57 * 0.4705882352941176
+    t83 = t51 * (C_1_n_z - 0.875 * (v_2r_x * t28))
+    t88 = t28 * t83 - t10 * 0.9411764705882352
+    t92 = t41 * t51 * 1.75
+    t93 = t28 * t92
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5064,19 +4865,19 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[30 * S + k] = 0.0
     out[31 * S + k] = 1.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t72
+    out[33 * S + k] = -t71
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t81
-    out[37 * S + k] = t88
+    out[36 * S + k] = -t83
+    out[37 * S + k] = t92
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = t74 - t75
+    out[41 * S + k] = t73 - t75
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
-    out[44 * S + k] = t83 - t84
-    out[45 * S + k] = -t89
+    out[44 * S + k] = t88
+    out[45 * S + k] = -t93
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -5088,126 +4889,13 @@ def _state_derivative_state_jacobian(x, u, out, k, S, turns):
     out[54 * S + k] = 0.0
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
-    out[57 * S + k] = t72 - (t75 - t74)
+    out[57 * S + k] = -(t71 + (t75 - t73))
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
-    out[60 * S + k] = t81 - (t84 - t83)
-    out[61 * S + k] = t88 - t89
+    out[60 * S + k] = t88 - t83
+    out[61 * S + k] = t92 - t93
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
-
-
-_state_derivative_state_jacobian_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_of_one(x, u, out, k, S, turns):
-    q_2 = x[1 * S + k]
-    qd_1 = x[4 * S + k]
-    qd_2 = x[5 * S + k]
-    u_1 = u[0 * S + k]
-    u_2 = u[1 * S + k]
-    u_4 = u[3 * S + k]
-    s_2, c_2 = turns((q_2,))
-    # link 2 (arm2): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): twice the velocity of its frame
-    t10 = qd_1 * s_2
-    # link 2 (arm2): composite body, before its turn
-    h_2b_x = c_2 * 0.875 + 0.6000000000000001
-    # link 1 (arm1): composite body
-    t17 = c_2 * 0.35000000000000003
-    # link 1 (arm1): composite body: flow of its moments
-    t18 = qd_2 * s_2
-    # link 2 (arm2): axis of joint 1
-    x0_1_2_vr_x = s_2 * 0.4
-    # solve: L D L^T
-    t23 = t17 + 0.74375
-    t25 = t23 * 1.3445378151260503
-    t35 = u_2 + u_4 - 0.35000000000000003 * (qd_1 * t10)
-    # derivative of effort
-    t37 = omega_2_z * x0_1_2_vr_x
-    # solve: L D L^T
-    t43 = u_1 + u_4 - t25 * t35 + 0.35000000000000003 * (qd_1 * t18)
-    t46 = 1.0 / (t17 + h_2b_x * 0.4 - t23 * t25 + 2.12375)
-    t47 = (t43 + 0.875 * (qd_2 * t37)) * t46
-    # link 2 (arm2): acceleration
-    t52 = c_2 * (qd_1 * qd_1) - s_2 * t47
-    # derivative of effort
-    t61 = x0_1_2_vr_x * (t47 + 1.3445378151260503 * t35 - t25 * t47)
-    t62 = 0.35000000000000003 * (t52 - c_2 * (omega_2_z * omega_2_z))
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.0
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = 1.0
-    out[5 * S + k] = 0.0
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = 0.0
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = 0.0
-    out[13 * S + k] = 1.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 1.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = 0.0
-    out[27 * S + k] = 0.0
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = 0.0
-    out[30 * S + k] = 0.0
-    out[31 * S + k] = 1.0
-    out[32 * S + k] = 0.0
-    out[33 * S + k] = 0.875 * t61 - t62
-    out[34 * S + k] = 0.0
-    out[35 * S + k] = 0.0
-    out[36 * S + k] = t18 * 0.7000000000000001
-    out[37 * S + k] = t37 * 1.75
-    out[38 * S + k] = 0.0
-    out[39 * S + k] = 0.0
-    out[40 * S + k] = 0.0
-    out[41 * S + k] = t52 * -0.35000000000000003
-    out[42 * S + k] = 0.0
-    out[43 * S + k] = 0.0
-    out[44 * S + k] = t10 * -0.7000000000000001
-    out[45 * S + k] = 0.0
-    out[46 * S + k] = 0.0
-    out[47 * S + k] = 0.0
-    out[48 * S + k] = 0.0
-    out[49 * S + k] = 0.0
-    out[50 * S + k] = 0.0
-    out[51 * S + k] = 0.0
-    out[52 * S + k] = 0.0
-    out[53 * S + k] = 0.0
-    out[54 * S + k] = 0.0
-    out[55 * S + k] = 0.0
-    out[56 * S + k] = 0.0
-    out[57 * S + k] = 0.0
-    out[58 * S + k] = 0.0
-    out[59 * S + k] = 0.0
-    out[60 * S + k] = 0.0
-    out[61 * S + k] = 0.0
-    out[62 * S + k] = 0.0
-    out[63 * S + k] = 0.0
-    factor_1_0 = t25
-    factor_3_0 = -1.0
-    factor_3_1 = -1.0
-    reciprocal_0 = t46
-    reciprocal_1 = 1.3445378151260503
-    reciprocal_2 = 0.6666666666666666
-    reciprocal_3 = 10.0
-    _state_derivative_state_jacobian_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5218,7 +4906,7 @@ def state_derivative_state_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(64)
-    _state_derivative_state_jacobian_of_one(x, u, out, 0, 1, _together)
+    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((8, 8))
 
 
@@ -5233,7 +4921,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5241,7 +4929,7 @@ def state_derivative_state_jacobian_packed(both):
     """state_derivative_state_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 76:
         raise ValueError("state_derivative_state_jacobian_packed takes 76 numbers: x, u, result")
-    _state_derivative_state_jacobian_of_one(both[0:8], both[8:12], both[12:], 0, 1, _together)
+    _state_derivative_state_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5377,147 +5065,6 @@ def _state_derivative_state_jacobian_p(x, u, p, out, k, S, turns):
     p_quill_mass = p[17]
     p_quill_inertia_zz = p[21]
     p_flange_mass = p[22]
-    s_2, c_2 = turns((q_2,))
-    # link 3 (quill): base parameters
-    J_3_11 = p_quill_mass + p_flange_mass
-    # link 2 (arm2): base parameters
-    J_2_x1 = p_arm2_mass * (p_arm2_dh_a + p_arm2_com_x)
-    # link 1 (arm1): base parameters
-    t23 = p_arm1_mass * (p_arm1_com_x + p_arm1_dh_a)
-    # link 2 (arm2): axis of joint 1
-    x0_1_2_vr_y = p_arm1_dh_a * c_2
-    # link 2 (arm2): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 3 (quill): composite body, before its turn
-    h_3b_x = p_arm2_dh_a * J_3_11
-    # link 2 (arm2): composite body
-    h_2_x = J_2_x1 + h_3b_x
-    # link 2 (arm2): axis of joint 1
-    x0_1_2_vr_x = p_arm1_dh_a * s_2
-    # solve: L D L^T
-    t33 = qd_2 * x0_1_2_vr_x
-    # link 1 (arm1): composite body: flow of its moments
-    t34 = h_2_x * t33
-    # link 2 (arm2): Coriolis terms
-    t37 = omega_2_z * h_2_x * 2.0
-    t38 = h_2_x * x0_1_2_vr_x
-    t39 = qd_1 * t38
-    t42 = x0_1_2_vr_y * h_2_x
-    # solve: L D L^T
-    t45 = p_arm2_com_x * J_2_x1 + (p_quill_inertia_zz + p_arm2_inertia_zz)
-    t46 = p_arm2_dh_a * h_2_x + t45
-    t47 = t42 + t46
-    t48 = 1.0 / t46
-    t49 = t47 * t48
-    t57 = t23 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
-    t61 = p_arm1_com_x * t23 + (p_arm1_inertia_zz + t46 - t47 * t49)
-    t65 = u_2 + u_4 - qd_1 * t39
-    t74 = qd_1 * t34 + (u_1 + u_4 - t49 * t65) + t33 * t37 * 0.5
-    t75 = 1.0 / (p_arm1_dh_a * t57 + t61)
-    t76 = t74 * t75
-    # link 2 (arm2): change with its position
-    t83 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t76)
-    t84 = -t83
-    # derivative of effort
-    t89 = t42 * (omega_2_z * omega_2_z) + (t38 * (t76 + t48 * t65 - t49 * t76) - t83)
-    t92 = t39 * -2.0
-    # solve: L D L^T
-    t95 = t75 * (t89 - t49 * t84)
-    t96 = t48 * t84
-    t97 = t49 * t95
-    t103 = t75 * (t34 * 2.0 - t49 * t92)
-    t104 = t48 * t92
-    t105 = t49 * t103
-    t109 = x0_1_2_vr_x * t37 * t75
-    t110 = t49 * t109
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.0
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = 1.0
-    out[5 * S + k] = 0.0
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = 0.0
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = 0.0
-    out[13 * S + k] = 1.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 1.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = 0.0
-    out[27 * S + k] = 0.0
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = 0.0
-    out[30 * S + k] = 0.0
-    out[31 * S + k] = 1.0
-    out[32 * S + k] = 0.0
-    out[33 * S + k] = t95
-    out[34 * S + k] = 0.0
-    out[35 * S + k] = 0.0
-    out[36 * S + k] = t103
-    out[37 * S + k] = t109
-    out[38 * S + k] = 0.0
-    out[39 * S + k] = 0.0
-    out[40 * S + k] = 0.0
-    out[41 * S + k] = t96 - t97
-    out[42 * S + k] = 0.0
-    out[43 * S + k] = 0.0
-    out[44 * S + k] = t104 - t105
-    out[45 * S + k] = -t110
-    out[46 * S + k] = 0.0
-    out[47 * S + k] = 0.0
-    out[48 * S + k] = 0.0
-    out[49 * S + k] = 0.0
-    out[50 * S + k] = 0.0
-    out[51 * S + k] = 0.0
-    out[52 * S + k] = 0.0
-    out[53 * S + k] = 0.0
-    out[54 * S + k] = 0.0
-    out[55 * S + k] = 0.0
-    out[56 * S + k] = 0.0
-    out[57 * S + k] = t95 - (t97 - t96)
-    out[58 * S + k] = 0.0
-    out[59 * S + k] = 0.0
-    out[60 * S + k] = t103 - (t105 - t104)
-    out[61 * S + k] = t109 - t110
-    out[62 * S + k] = 0.0
-    out[63 * S + k] = 0.0
-
-
-_state_derivative_state_jacobian_p_columns = _columns(32, 8, (1, 1, 8, 8), ((1, 0), (3, 0), (3, 1),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
-    q_2 = x[1 * S + k]
-    qd_1 = x[4 * S + k]
-    qd_2 = x[5 * S + k]
-    u_1 = u[0 * S + k]
-    u_2 = u[1 * S + k]
-    u_4 = u[3 * S + k]
-    p_arm1_dh_a = p[2]
-    p_arm2_dh_a = p[3]
-    p_arm1_mass = p[5]
-    p_arm1_com_x = p[6]
-    p_arm1_inertia_zz = p[10]
-    p_arm2_mass = p[11]
-    p_arm2_com_x = p[12]
-    p_arm2_inertia_zz = p[16]
-    p_quill_mass = p[17]
-    p_quill_inertia_zz = p[21]
-    p_flange_mass = p[22]
     p_flange_inertia_zz = p[26]
     s_2, c_2 = turns((q_2,))
     # link 3 (quill): base parameters
@@ -5543,24 +5090,31 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     # link 2 (arm2): Coriolis terms
     t38 = omega_2_z * h_2_x * 2.0
     t39 = h_2_x * x0_1_2_vr_x
-    t40 = qd_1 * t39
+    C_2_c_z = 2.0 * (qd_1 * t39)
     t43 = x0_1_2_vr_y * h_2_x
+    t45 = p_flange_inertia_zz + (p_quill_inertia_zz + p_arm2_inertia_zz)
+    t47 = p_arm2_dh_a * h_2_x + (p_arm2_com_x * J_2_x1 + t45)
     # solve: L D L^T
-    t47 = p_arm2_com_x * J_2_x1 + (p_quill_inertia_zz + p_arm2_inertia_zz)
-    t48 = p_arm2_dh_a * h_2_x + t47
-    t49 = t43 + t48
-    t50 = 1.0 / t48
-    t51 = t49 * t50
-    t59 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
-    t63 = p_arm1_com_x * t24 + (p_arm1_inertia_zz + t48 - t49 * t51)
-    t67 = u_2 + u_4 - qd_1 * t40
-    t76 = qd_1 * t35 + (u_1 + u_4 - t51 * t67) + t34 * t38 * 0.5
-    t77 = 1.0 / (p_arm1_dh_a * t59 + t63)
-    t78 = t76 * t77
+    t49 = p_flange_inertia_zz - t47
+    t50 = t43 - t49
+    t51 = 1.0 / t49
+    t52 = t50 * t51
+    t60 = t24 + p_arm1_dh_a * (p_arm2_mass + J_3_11) + 2.0 * (c_2 * h_2_x)
+    t64 = p_arm1_com_x * t24 + (t50 * t52 + (p_arm1_inertia_zz - t49))
+    t70 = u_2 + u_4 - qd_1 * C_2_c_z * 0.5
+    t79 = t52 * t70 + (u_1 + u_4) + 0.5 * (t34 * t38 + 2.0 * (qd_1 * t35))
+    t80 = 1.0 / (p_arm1_dh_a * t60 + t64)
+    t81 = t79 * t80
     # link 2 (arm2): change with its position
-    t85 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t78)
-    # derivative of effort
-    t91 = t43 * (omega_2_z * omega_2_z) + (t39 * (t78 + t50 * t67 - t51 * t78) - t85)
+    t88 = h_2_x * (x0_1_2_vr_y * (qd_1 * qd_1) - x0_1_2_vr_x * t81)
+    # solve: L D L^T
+    t94 = t88 - t39 * (t52 * t81 + (t81 - t51 * t70)) - t43 * (omega_2_z * omega_2_z)
+    t96 = t80 * (t52 * t88 + t94)
+    t100 = t51 * t88 - t52 * t96
+    t105 = t80 * (t35 * 2.0 - C_2_c_z * t52)
+    t108 = C_2_c_z * t51 + t52 * t105
+    t111 = t80 * (x0_1_2_vr_x * t38)
+    t112 = t52 * t111
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5594,19 +5148,19 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     out[30 * S + k] = 0.0
     out[31 * S + k] = 1.0
     out[32 * S + k] = 0.0
-    out[33 * S + k] = t91
+    out[33 * S + k] = -t96
     out[34 * S + k] = 0.0
     out[35 * S + k] = 0.0
-    out[36 * S + k] = t35 * 2.0
-    out[37 * S + k] = x0_1_2_vr_x * t38
+    out[36 * S + k] = t105
+    out[37 * S + k] = t111
     out[38 * S + k] = 0.0
     out[39 * S + k] = 0.0
     out[40 * S + k] = 0.0
-    out[41 * S + k] = -t85
+    out[41 * S + k] = t100
     out[42 * S + k] = 0.0
     out[43 * S + k] = 0.0
-    out[44 * S + k] = t40 * -2.0
-    out[45 * S + k] = 0.0
+    out[44 * S + k] = t108
+    out[45 * S + k] = t112
     out[46 * S + k] = 0.0
     out[47 * S + k] = 0.0
     out[48 * S + k] = 0.0
@@ -5618,21 +5172,13 @@ def _state_derivative_state_jacobian_p_of_one(x, u, p, out, k, S, turns):
     out[54 * S + k] = 0.0
     out[55 * S + k] = 0.0
     out[56 * S + k] = 0.0
-    out[57 * S + k] = 0.0
+    out[57 * S + k] = t100 - t96
     out[58 * S + k] = 0.0
     out[59 * S + k] = 0.0
-    out[60 * S + k] = 0.0
-    out[61 * S + k] = 0.0
+    out[60 * S + k] = t105 + t108
+    out[61 * S + k] = t111 + t112
     out[62 * S + k] = 0.0
     out[63 * S + k] = 0.0
-    factor_1_0 = t51
-    factor_3_0 = -1.0
-    factor_3_1 = -1.0
-    reciprocal_0 = t77
-    reciprocal_1 = t50
-    reciprocal_2 = 1.0 / J_3_11
-    reciprocal_3 = 1.0 / p_flange_inertia_zz
-    _state_derivative_state_jacobian_p_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5645,7 +5191,7 @@ def state_derivative_state_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(64)
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
+    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 8))
 
 
@@ -5662,7 +5208,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5670,7 +5216,7 @@ def state_derivative_state_jacobian_p_packed(both):
     """state_derivative_state_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 103:
         raise ValueError("state_derivative_state_jacobian_p_packed takes 103 numbers: x, u, p, result")
-    _state_derivative_state_jacobian_p_of_one(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
+    _state_derivative_state_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6960,14 +6506,14 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 2 (arm2): composite body, before its turn
     h_2b_x = c_2 * 0.875 + 0.6000000000000001
     # link 1 (arm1): composite body
-    t15 = c_2 * 0.35000000000000003
+    t14 = c_2 * 0.35000000000000003
     # link 1 (arm1): products of angular velocity
     w_1_zz = qd_1 * qd_1
     # link 2 (arm2): acceleration of its joint
     a_2b_x = w_1_zz * -0.4
     # link 2 (arm2): acceleration
     a_2r_x = c_2 * a_2b_x
-    t22 = s_2 * a_2b_x
+    t21 = s_2 * a_2b_x
     # link 2 (arm2): angular velocity
     omega_2_z = qd_1 + qd_2
     # link 2 (arm2): products of angular velocity
@@ -6975,71 +6521,71 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 3 (quill): acceleration of its joint
     a_3b_x = a_2r_x - w_2_zz * 0.25
     # link 2 (arm2): force from link 1
-    t29 = w_2_zz * 0.5
+    t28 = w_2_zz * 0.5
     # solve: L D L^T
-    t39 = t15 + 0.74375
+    t39 = t14 + 0.74375
     t41 = t39 * 1.3445378151260503
-    t50 = u_4 + 0.875 * t22
+    t50 = u_4 + 0.875 * t21
     t51 = u_2 + t50
-    t53 = (s_2 * (1.5 * a_3b_x - t29) - 1.5 * (c_2 * t22)) * 0.4
-    t57 = 1.0 / (t15 + h_2b_x * 0.4 - t39 * t41 + 2.12375)
+    t53 = (s_2 * (a_3b_x * 1.5 - t28) - 1.5 * (c_2 * t21)) * 0.4
+    t57 = 1.0 / (t14 + h_2b_x * 0.4 - t39 * t41 + 2.12375)
     t58 = (t50 + (u_1 - t53) - t41 * t51) * t57
     # link 2 (arm2): acceleration of its joint
     a_2b_y = 0.4 * t58
     # link 2 (arm2): acceleration
-    t70 = t22 - c_2 * a_2b_y
+    t68 = t21 - c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t71 = s_2 * w_1_zz + c_2 * t58
+    t69 = s_2 * w_1_zz + c_2 * t58
     # link 2 (arm2): angular acceleration
-    t74 = t41 * t58 - (t58 + 1.3445378151260503 * t51)
+    t72 = t58 + 1.3445378151260503 * t51 - t41 * t58
+    # derivative: link 2 (arm2): Newton, inertial force
+    t74 = t72 * 5.0
     # derivative: link 2 (arm2): Euler, inertial moment
-    t79 = t70 * 0.1 + t74 * 0.010000000000000002
-    t82 = t74 + t70 * 5.0
+    t79 = t68 * 0.1 - t72 * 0.010000000000000002
+    t81 = t68 * 5.0 - t72
     # link 3 (quill): acceleration of its joint
-    t83 = a_3b_x + s_2 * a_2b_y
-    t85 = t70 + 0.25 * t74
+    t82 = a_3b_x + s_2 * a_2b_y
+    t84 = t68 - 0.25 * t72
     # derivative: link 3 (quill): moment, in frame 2
-    t86 = 0.25 * t85
+    t85 = 0.25 * t84
     # link 2 (arm2): force from link 1
-    t89 = 1.5 * t85
+    t88 = 1.5 * t84
+    # derivative: link 2 (arm2): moment from link 1
+    t96 = t72 * 0.375 - t81 - t88
     # derivative: link 2 (arm2): force, before its turn
-    t98 = s_2 * w_2_zz + c_2 * t74
+    t98 = s_2 * w_2_zz
     # derivative of effort
-    t104 = t71 * -0.875
-    t107 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t58) - c_2 * t71)
-    t109 = c_2 * (t89 + 0.5 * t74) + (s_2 * (t29 - 1.5 * t83) - t58 * 6.8)
-    t115 = t89 + (t82 + t74 * 0.375)
-    t128 = t98 * 0.04000000000000001 + (t79 - t58 * 0.16000000000000003)
+    t116 = t69 * -0.875
     # solve: L D L^T
-    t139 = t57 * (t104 + (t107 + t109) - t41 * t104)
-    t141 = t71 * -1.176470588235294
-    t142 = t41 * t139
-    t148 = t57 * (t115 + t98 * 2.6 - t41 * t115)
-    t149 = 1.3445378151260503 * t115
-    t150 = t41 * t148
-    t154 = t57 * (t58 * -0.04000000000000001)
-    t155 = t41 * t154
-    t158 = t57 * (t58 * -2.8000000000000003)
-    t159 = t41 * t158
-    t162 = t57 * -t58
-    t163 = t41 * t162
-    t168 = t57 * (t128 - t41 * t79)
-    t169 = 1.3445378151260503 * t79
-    t170 = t41 * t168
-    t176 = t57 * (t82 + t98 * 2.0 - t41 * t82)
-    t177 = 1.3445378151260503 * t82
-    t178 = t41 * t176
-    t184 = t57 * (t74 - t41 * t74)
-    t185 = 1.3445378151260503 * t74
-    t186 = t41 * t184
-    t187 = t185 - t186
-    t189 = t184 - (t186 - t185)
-    t192 = t57 * (t86 - 0.4 * (s_2 * t83 - c_2 * t85) - t41 * t86)
-    t194 = t85 * 0.3361344537815126
-    t195 = 0.6666666666666666 * (9.81 - (u_3 + 14.715) * 0.6666666666666666)
-    t196 = t41 * t192
-    t197 = t194 - t196
-    t199 = t192 - (t196 - t194)
+    t125 = c_2 * (0.5 * t72 - t88) + (t58 * 6.8 - s_2 * (t28 - 1.5 * t82))
+    t126 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t58) - c_2 * t69)
+    t130 = t57 * (t41 * t116 + (t125 - t126 - t116))
+    t135 = t41 * t130 + t69 * -1.176470588235294
+    t140 = t96 - 0.4 * (t98 * 6.5 - c_2 * (t74 + 1.5 * t72)) - t41 * t96
+    t141 = t57 * t140
+    t146 = t41 * t141 + t96 * -1.3445378151260503
+    t148 = t57 * t58
+    t150 = t148 * -0.04000000000000001
+    t151 = t41 * t150
+    t155 = t148 * -2.8000000000000003
+    t156 = t41 * t155
+    t160 = t41 * t148
+    t168 = t58 * 0.16000000000000003 - t79 - (t98 - c_2 * t72) * 0.04000000000000001
+    t170 = t57 * (t41 * t79 + t168)
+    t174 = t41 * t170 + 1.3445378151260503 * t79
+    t180 = t57 * (t81 + 0.4 * (5.0 * t98 - c_2 * t74) - t41 * t81)
+    t181 = t41 * t180
+    t182 = 1.3445378151260503 * t81
+    t188 = t57 * (t72 - t41 * t72)
+    t189 = -t188
+    t192 = t41 * t188 + t72 * -1.3445378151260503
+    t193 = t192 - t188
+    t198 = t57 * (t85 - 0.4 * (s_2 * t82 - c_2 * t84) - t41 * t85)
+    t200 = ((u_3 + 14.715) * 0.6666666666666666 - 9.81) * -0.6666666666666666
+    t201 = t41 * t198
+    t203 = t84 * 0.3361344537815126
+    t205 = t203 - t201
+    t206 = t198 - (t201 - t203)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -7150,54 +6696,54 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[107 * S + k] = 0.0
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
-    out[110 * S + k] = t139
-    out[111 * S + k] = t148
+    out[110 * S + k] = -t130
+    out[111 * S + k] = -t141
     out[112 * S + k] = 0.0
-    out[113 * S + k] = t154
-    out[114 * S + k] = t158
+    out[113 * S + k] = t150
+    out[114 * S + k] = t155
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = t162
-    out[119 * S + k] = t168
-    out[120 * S + k] = t176
+    out[118 * S + k] = -t148
+    out[119 * S + k] = -t170
+    out[120 * S + k] = t180
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t184
-    out[125 * S + k] = t192
+    out[124 * S + k] = t189
+    out[125 * S + k] = t198
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t184
-    out[130 * S + k] = t192
+    out[129 * S + k] = t189
+    out[130 * S + k] = t198
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
     out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = t141 - t142
-    out[138 * S + k] = t149 - t150
+    out[137 * S + k] = t135
+    out[138 * S + k] = t146
     out[139 * S + k] = 0.0
-    out[140 * S + k] = -t155
-    out[141 * S + k] = -t159
+    out[140 * S + k] = -t151
+    out[141 * S + k] = -t156
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = -t163
-    out[146 * S + k] = t169 - t170
-    out[147 * S + k] = t177 - t178
+    out[145 * S + k] = t160
+    out[146 * S + k] = t174
+    out[147 * S + k] = t182 - t181
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t187
-    out[152 * S + k] = t197
+    out[151 * S + k] = t192
+    out[152 * S + k] = t205
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t187
-    out[157 * S + k] = t197
+    out[156 * S + k] = t192
+    out[157 * S + k] = t205
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
@@ -7219,338 +6765,43 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t195
+    out[179 * S + k] = t200
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t195
+    out[184 * S + k] = t200
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = t139 - (t142 - t141)
-    out[192 * S + k] = t148 - (t150 - t149)
+    out[191 * S + k] = t135 - t130
+    out[192 * S + k] = t146 - t141
     out[193 * S + k] = 0.0
-    out[194 * S + k] = t154 - t155
-    out[195 * S + k] = t158 - t159
+    out[194 * S + k] = t150 - t151
+    out[195 * S + k] = t155 - t156
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = t162 - t163
-    out[200 * S + k] = t168 - (t170 - t169)
-    out[201 * S + k] = t176 - (t178 - t177)
+    out[199 * S + k] = t160 - t148
+    out[200 * S + k] = t174 - t170
+    out[201 * S + k] = t180 - (t181 - t182)
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = t189
-    out[206 * S + k] = t199
+    out[205 * S + k] = t193
+    out[206 * S + k] = t206
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = t189
-    out[211 * S + k] = t199
+    out[210 * S + k] = t193
+    out[211 * S + k] = t206
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
     out[215 * S + k] = u_4 * -100.0
-
-
-_state_derivative_parameter_jacobian_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
-    q_2 = x[1 * S + k]
-    qd_1 = x[4 * S + k]
-    qd_2 = x[5 * S + k]
-    u_1 = u[0 * S + k]
-    u_2 = u[1 * S + k]
-    u_3 = u[2 * S + k]
-    u_4 = u[3 * S + k]
-    s_2, c_2 = turns((q_2,))
-    # link 2 (arm2): composite body, before its turn
-    h_2b_x = c_2 * 0.875 + 0.6000000000000001
-    # link 1 (arm1): composite body
-    t15 = c_2 * 0.35000000000000003
-    # link 1 (arm1): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 2 (arm2): acceleration of its joint
-    a_2b_x = w_1_zz * -0.4
-    # link 2 (arm2): acceleration
-    a_2r_x = c_2 * a_2b_x
-    t22 = s_2 * a_2b_x
-    # link 2 (arm2): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 3 (quill): acceleration of its joint
-    a_3b_x = a_2r_x - w_2_zz * 0.25
-    # link 2 (arm2): force from link 1
-    t29 = w_2_zz * 0.5
-    # solve: L D L^T
-    t40 = t15 + 0.74375
-    t42 = t40 * 1.3445378151260503
-    t51 = u_4 + 0.875 * t22
-    t52 = u_2 + t51
-    t54 = (s_2 * (1.5 * a_3b_x - t29) - 1.5 * (c_2 * t22)) * 0.4
-    t58 = 1.0 / (t15 + h_2b_x * 0.4 - t40 * t42 + 2.12375)
-    t59 = (t51 + (u_1 - t54) - t42 * t52) * t58
-    alpha_4_z = u_4 * 10.0
-    # link 2 (arm2): acceleration of its joint
-    a_2b_y = 0.4 * t59
-    # link 2 (arm2): acceleration
-    t73 = t22 - c_2 * a_2b_y
-    # derivative: link 2 (arm2): acceleration
-    t74 = s_2 * w_1_zz + c_2 * t59
-    # link 2 (arm2): angular acceleration
-    t77 = t42 * t59 - (t59 + 1.3445378151260503 * t52)
-    # derivative: link 2 (arm2): Euler, inertial moment
-    t82 = t73 * 0.1 + t77 * 0.010000000000000002
-    t85 = t77 + t73 * 5.0
-    # link 3 (quill): acceleration of its joint
-    t86 = a_3b_x + s_2 * a_2b_y
-    t88 = t73 + 0.25 * t77
-    # derivative: link 3 (quill): moment, in frame 2
-    t89 = 0.25 * t88
-    # link 2 (arm2): force from link 1
-    t94 = 1.5 * t88
-    # derivative: link 2 (arm2): force, before its turn
-    t103 = s_2 * w_2_zz + c_2 * t77
-    # derivative of effort
-    t109 = t74 * -0.875
-    t112 = 0.6000000000000001 * (s_2 * (c_2 * w_1_zz - s_2 * t59) - c_2 * t74)
-    t114 = c_2 * (t94 + 0.5 * t77) + (s_2 * (t29 - 1.5 * t86) - t59 * 6.8)
-    t120 = t94 + (t85 + t77 * 0.375)
-    t133 = t103 * 0.04000000000000001 + (t82 - t59 * 0.16000000000000003)
-    t138 = t89 - 0.4 * (s_2 * t86 - c_2 * t88)
-    t141 = 9.81 - (u_3 + 14.715) * 0.6666666666666666
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.0
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = 0.0
-    out[5 * S + k] = 0.0
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = 0.0
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = 0.0
-    out[13 * S + k] = 0.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 0.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = 0.0
-    out[27 * S + k] = 0.0
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = 0.0
-    out[30 * S + k] = 0.0
-    out[31 * S + k] = 0.0
-    out[32 * S + k] = 0.0
-    out[33 * S + k] = 0.0
-    out[34 * S + k] = 0.0
-    out[35 * S + k] = 0.0
-    out[36 * S + k] = 0.0
-    out[37 * S + k] = 0.0
-    out[38 * S + k] = 0.0
-    out[39 * S + k] = 0.0
-    out[40 * S + k] = 0.0
-    out[41 * S + k] = 0.0
-    out[42 * S + k] = 0.0
-    out[43 * S + k] = 0.0
-    out[44 * S + k] = 0.0
-    out[45 * S + k] = 0.0
-    out[46 * S + k] = 0.0
-    out[47 * S + k] = 0.0
-    out[48 * S + k] = 0.0
-    out[49 * S + k] = 0.0
-    out[50 * S + k] = 0.0
-    out[51 * S + k] = 0.0
-    out[52 * S + k] = 0.0
-    out[53 * S + k] = 0.0
-    out[54 * S + k] = 0.0
-    out[55 * S + k] = 0.0
-    out[56 * S + k] = 0.0
-    out[57 * S + k] = 0.0
-    out[58 * S + k] = 0.0
-    out[59 * S + k] = 0.0
-    out[60 * S + k] = 0.0
-    out[61 * S + k] = 0.0
-    out[62 * S + k] = 0.0
-    out[63 * S + k] = 0.0
-    out[64 * S + k] = 0.0
-    out[65 * S + k] = 0.0
-    out[66 * S + k] = 0.0
-    out[67 * S + k] = 0.0
-    out[68 * S + k] = 0.0
-    out[69 * S + k] = 0.0
-    out[70 * S + k] = 0.0
-    out[71 * S + k] = 0.0
-    out[72 * S + k] = 0.0
-    out[73 * S + k] = 0.0
-    out[74 * S + k] = 0.0
-    out[75 * S + k] = 0.0
-    out[76 * S + k] = 0.0
-    out[77 * S + k] = 0.0
-    out[78 * S + k] = 0.0
-    out[79 * S + k] = 0.0
-    out[80 * S + k] = 0.0
-    out[81 * S + k] = 0.0
-    out[82 * S + k] = 0.0
-    out[83 * S + k] = 0.0
-    out[84 * S + k] = 0.0
-    out[85 * S + k] = 0.0
-    out[86 * S + k] = 0.0
-    out[87 * S + k] = 0.0
-    out[88 * S + k] = 0.0
-    out[89 * S + k] = 0.0
-    out[90 * S + k] = 0.0
-    out[91 * S + k] = 0.0
-    out[92 * S + k] = 0.0
-    out[93 * S + k] = 0.0
-    out[94 * S + k] = 0.0
-    out[95 * S + k] = 0.0
-    out[96 * S + k] = 0.0
-    out[97 * S + k] = 0.0
-    out[98 * S + k] = 0.0
-    out[99 * S + k] = 0.0
-    out[100 * S + k] = 0.0
-    out[101 * S + k] = 0.0
-    out[102 * S + k] = 0.0
-    out[103 * S + k] = 0.0
-    out[104 * S + k] = 0.0
-    out[105 * S + k] = 0.0
-    out[106 * S + k] = 0.0
-    out[107 * S + k] = 0.0
-    out[108 * S + k] = 0.0
-    out[109 * S + k] = 0.0
-    out[110 * S + k] = t109 + (t112 + t114)
-    out[111 * S + k] = t120 + t103 * 2.6
-    out[112 * S + k] = 0.0
-    out[113 * S + k] = t59 * -0.04000000000000001
-    out[114 * S + k] = t59 * -2.8000000000000003
-    out[115 * S + k] = 0.0
-    out[116 * S + k] = 0.0
-    out[117 * S + k] = 0.0
-    out[118 * S + k] = -t59
-    out[119 * S + k] = t133
-    out[120 * S + k] = t85 + t103 * 2.0
-    out[121 * S + k] = 0.0
-    out[122 * S + k] = 0.0
-    out[123 * S + k] = 0.0
-    out[124 * S + k] = t77
-    out[125 * S + k] = t138
-    out[126 * S + k] = 0.0
-    out[127 * S + k] = 0.0
-    out[128 * S + k] = 0.0
-    out[129 * S + k] = t77
-    out[130 * S + k] = t138
-    out[131 * S + k] = 0.0
-    out[132 * S + k] = 0.0
-    out[133 * S + k] = 0.0
-    out[134 * S + k] = alpha_4_z
-    out[135 * S + k] = 0.0
-    out[136 * S + k] = 0.0
-    out[137 * S + k] = t109
-    out[138 * S + k] = t120
-    out[139 * S + k] = 0.0
-    out[140 * S + k] = 0.0
-    out[141 * S + k] = 0.0
-    out[142 * S + k] = 0.0
-    out[143 * S + k] = 0.0
-    out[144 * S + k] = 0.0
-    out[145 * S + k] = 0.0
-    out[146 * S + k] = t82
-    out[147 * S + k] = t85
-    out[148 * S + k] = 0.0
-    out[149 * S + k] = 0.0
-    out[150 * S + k] = 0.0
-    out[151 * S + k] = t77
-    out[152 * S + k] = t89
-    out[153 * S + k] = 0.0
-    out[154 * S + k] = 0.0
-    out[155 * S + k] = 0.0
-    out[156 * S + k] = t77
-    out[157 * S + k] = t89
-    out[158 * S + k] = 0.0
-    out[159 * S + k] = 0.0
-    out[160 * S + k] = 0.0
-    out[161 * S + k] = alpha_4_z
-    out[162 * S + k] = 1.5
-    out[163 * S + k] = 0.0
-    out[164 * S + k] = 0.0
-    out[165 * S + k] = 0.0
-    out[166 * S + k] = 0.0
-    out[167 * S + k] = 0.0
-    out[168 * S + k] = 0.0
-    out[169 * S + k] = 0.0
-    out[170 * S + k] = 0.0
-    out[171 * S + k] = 0.0
-    out[172 * S + k] = 0.0
-    out[173 * S + k] = 0.0
-    out[174 * S + k] = 0.0
-    out[175 * S + k] = 0.0
-    out[176 * S + k] = 0.0
-    out[177 * S + k] = 0.0
-    out[178 * S + k] = 0.0
-    out[179 * S + k] = t141
-    out[180 * S + k] = 0.0
-    out[181 * S + k] = 0.0
-    out[182 * S + k] = 0.0
-    out[183 * S + k] = 0.0
-    out[184 * S + k] = t141
-    out[185 * S + k] = 0.0
-    out[186 * S + k] = 0.0
-    out[187 * S + k] = 0.0
-    out[188 * S + k] = 0.0
-    out[189 * S + k] = 0.0
-    out[190 * S + k] = 0.0
-    out[191 * S + k] = 0.0
-    out[192 * S + k] = 0.0
-    out[193 * S + k] = 0.0
-    out[194 * S + k] = 0.0
-    out[195 * S + k] = 0.0
-    out[196 * S + k] = 0.0
-    out[197 * S + k] = 0.0
-    out[198 * S + k] = 0.0
-    out[199 * S + k] = 0.0
-    out[200 * S + k] = 0.0
-    out[201 * S + k] = 0.0
-    out[202 * S + k] = 0.0
-    out[203 * S + k] = 0.0
-    out[204 * S + k] = 0.0
-    out[205 * S + k] = 0.0
-    out[206 * S + k] = 0.0
-    out[207 * S + k] = 0.0
-    out[208 * S + k] = 0.0
-    out[209 * S + k] = 0.0
-    out[210 * S + k] = 0.0
-    out[211 * S + k] = 0.0
-    out[212 * S + k] = 0.0
-    out[213 * S + k] = 0.0
-    out[214 * S + k] = 0.0
-    out[215 * S + k] = u_4 * -10.0
-    factor_1_0 = t42
-    factor_3_0 = -1.0
-    factor_3_1 = -1.0
-    reciprocal_0 = t58
-    reciprocal_1 = 1.3445378151260503
-    reciprocal_2 = 0.6666666666666666
-    reciprocal_3 = 10.0
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7561,7 +6812,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 4:
         raise ValueError("u must have 4 entries")
     out = np.empty(216)
-    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((8, 27))
 
 
@@ -7576,7 +6827,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 216 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7584,7 +6835,7 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 228:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 228 numbers: x, u, result")
-    _state_derivative_parameter_jacobian_of_one(both[0:8], both[8:12], both[12:], 0, 1, _together)
+    _state_derivative_parameter_jacobian(both[0:8], both[8:12], both[12:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7777,416 +7028,78 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t86 = (t79 + (u_1 + t56) - t64 * t80) * t85
     t88 = 1.0 / J_3_11
     t90 = 1.0 / p_flange_inertia_zz
-    alpha_4_z = u_4 * t90
-    # link 2 (arm2): angular acceleration
-    t94 = t64 * t86 - (t86 + t63 * t80)
     # link 2 (arm2): acceleration of its joint
     a_2b_y = p_arm1_dh_a * t86
     # link 2 (arm2): acceleration
-    t111 = a_2r_y + c_2 * a_2b_y
+    t107 = a_2r_y + c_2 * a_2b_y
     # derivative: link 2 (arm2): acceleration
-    t112 = s_2 * w_1_zz + c_2 * t86
-    # derivative: link 2 (arm2): Newton, inertial force
-    t113 = p_arm2_mass * w_2_zz
-    # link 2 (arm2): Newton, inertial force
-    t114 = J_2_x1 * t94
-    # derivative: link 2 (arm2): Newton, inertial force
-    t115 = p_arm2_mass * t94
-    # derivative: link 2 (arm2): Euler, inertial moment
-    t120 = t94 * (t27 + p_arm2_dh_a * t20) - t20 * t111
-    t122 = 2.0 * t114 - p_arm2_mass * t111
-    # link 3 (quill): acceleration of its joint
-    t123 = t47 - s_2 * a_2b_y
-    a_3b_y = t111 - p_arm2_dh_a * t94
-    # link 3 (quill): Newton, inertial force
-    t128 = J_3_11 * a_3b_y
-    # derivative: link 3 (quill): Newton, inertial force
-    t129 = J_3_11 * t112
-    t130 = J_3_11 * t94
-    # derivative: link 3 (quill): moment, in frame 2
-    t131 = p_arm2_dh_a * a_3b_y
-    t132 = -t131
-    # derivative: link 2 (arm2): moment from link 1
-    t141 = p_arm2_dh_a * t130 + (t122 - t128)
-    # derivative: link 2 (arm2): force, before its turn
-    t157 = s_2 * (t113 + J_3_11 * w_2_zz) + c_2 * (t115 + t130)
-    t159 = (c_2 * w_1_zz - s_2 * t86) * (s_2 * J_3_11) - c_2 * t129
-    # derivative of effort
-    t166 = J_2_x1 * t112 + p_arm2_dh_a * t129
-    t169 = p_arm1_dh_a * t159 + (s_2 * (t44 + J_3_11 * t123) + c_2 * (t114 - t128))
-    t172 = t169 - t166 - 2.0 * (t86 * (t23 + p_arm1_dh_a * p_arm2_mass))
-    t173 = -t166
-    t181 = (s_2 * w_2_zz + c_2 * t94) * (p_arm1_dh_a * t20) + (t120 - t24 * t86)
-    # solve: L D L^T
-    t188 = t85 * (t172 - t64 * t173)
-    t189 = t63 * t173
-    t190 = t64 * t188
-    t196 = t85 * (t141 + p_arm1_dh_a * t157 - t64 * t141)
-    t197 = t63 * t141
-    t198 = t64 * t196
-    t202 = t85 * -(t86 * (t66 + p_arm1_dh_a * t22))
-    t203 = t64 * t202
-    t206 = t85 * (t23 * t86 * -2.0)
-    t207 = t64 * t206
-    t210 = t85 * -t86
-    t211 = t64 * t210
-    t216 = t85 * (t181 - t64 * t120)
-    t217 = t63 * t120
-    t218 = t64 * t216
-    t223 = t122 + p_arm1_dh_a * (s_2 * t113 + c_2 * t115) - t64 * t122
-    t224 = t85 * t223
-    t225 = t63 * t122
-    t226 = t64 * t224
-    t232 = t85 * (t94 - t64 * t94)
-    t233 = t63 * t94
-    t234 = t64 * t232
-    t235 = t233 - t234
-    t237 = t232 - (t234 - t233)
-    t239 = p_arm1_dh_a * (s_2 * t123 - c_2 * a_3b_y) - t131 - t64 * t132
-    t240 = t85 * t239
-    t241 = t63 * t132
-    t242 = t88 * (p_g - (u_3 + J_3_11 * p_g) * t88)
-    t243 = t64 * t240
-    t244 = t241 - t243
-    t246 = t240 - (t243 - t241)
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.0
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = 0.0
-    out[5 * S + k] = 0.0
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = 0.0
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = 0.0
-    out[13 * S + k] = 0.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 0.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = 0.0
-    out[27 * S + k] = 0.0
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = 0.0
-    out[30 * S + k] = 0.0
-    out[31 * S + k] = 0.0
-    out[32 * S + k] = 0.0
-    out[33 * S + k] = 0.0
-    out[34 * S + k] = 0.0
-    out[35 * S + k] = 0.0
-    out[36 * S + k] = 0.0
-    out[37 * S + k] = 0.0
-    out[38 * S + k] = 0.0
-    out[39 * S + k] = 0.0
-    out[40 * S + k] = 0.0
-    out[41 * S + k] = 0.0
-    out[42 * S + k] = 0.0
-    out[43 * S + k] = 0.0
-    out[44 * S + k] = 0.0
-    out[45 * S + k] = 0.0
-    out[46 * S + k] = 0.0
-    out[47 * S + k] = 0.0
-    out[48 * S + k] = 0.0
-    out[49 * S + k] = 0.0
-    out[50 * S + k] = 0.0
-    out[51 * S + k] = 0.0
-    out[52 * S + k] = 0.0
-    out[53 * S + k] = 0.0
-    out[54 * S + k] = 0.0
-    out[55 * S + k] = 0.0
-    out[56 * S + k] = 0.0
-    out[57 * S + k] = 0.0
-    out[58 * S + k] = 0.0
-    out[59 * S + k] = 0.0
-    out[60 * S + k] = 0.0
-    out[61 * S + k] = 0.0
-    out[62 * S + k] = 0.0
-    out[63 * S + k] = 0.0
-    out[64 * S + k] = 0.0
-    out[65 * S + k] = 0.0
-    out[66 * S + k] = 0.0
-    out[67 * S + k] = 0.0
-    out[68 * S + k] = 0.0
-    out[69 * S + k] = 0.0
-    out[70 * S + k] = 0.0
-    out[71 * S + k] = 0.0
-    out[72 * S + k] = 0.0
-    out[73 * S + k] = 0.0
-    out[74 * S + k] = 0.0
-    out[75 * S + k] = 0.0
-    out[76 * S + k] = 0.0
-    out[77 * S + k] = 0.0
-    out[78 * S + k] = 0.0
-    out[79 * S + k] = 0.0
-    out[80 * S + k] = 0.0
-    out[81 * S + k] = 0.0
-    out[82 * S + k] = 0.0
-    out[83 * S + k] = 0.0
-    out[84 * S + k] = 0.0
-    out[85 * S + k] = 0.0
-    out[86 * S + k] = 0.0
-    out[87 * S + k] = 0.0
-    out[88 * S + k] = 0.0
-    out[89 * S + k] = 0.0
-    out[90 * S + k] = 0.0
-    out[91 * S + k] = 0.0
-    out[92 * S + k] = 0.0
-    out[93 * S + k] = 0.0
-    out[94 * S + k] = 0.0
-    out[95 * S + k] = 0.0
-    out[96 * S + k] = 0.0
-    out[97 * S + k] = 0.0
-    out[98 * S + k] = 0.0
-    out[99 * S + k] = 0.0
-    out[100 * S + k] = 0.0
-    out[101 * S + k] = 0.0
-    out[102 * S + k] = 0.0
-    out[103 * S + k] = 0.0
-    out[104 * S + k] = 0.0
-    out[105 * S + k] = 0.0
-    out[106 * S + k] = 0.0
-    out[107 * S + k] = 0.0
-    out[108 * S + k] = 0.0
-    out[109 * S + k] = 0.0
-    out[110 * S + k] = t188
-    out[111 * S + k] = t196
-    out[112 * S + k] = 0.0
-    out[113 * S + k] = t202
-    out[114 * S + k] = t206
-    out[115 * S + k] = 0.0
-    out[116 * S + k] = 0.0
-    out[117 * S + k] = 0.0
-    out[118 * S + k] = t210
-    out[119 * S + k] = t216
-    out[120 * S + k] = t224
-    out[121 * S + k] = 0.0
-    out[122 * S + k] = 0.0
-    out[123 * S + k] = 0.0
-    out[124 * S + k] = t232
-    out[125 * S + k] = t240
-    out[126 * S + k] = 0.0
-    out[127 * S + k] = 0.0
-    out[128 * S + k] = 0.0
-    out[129 * S + k] = t232
-    out[130 * S + k] = t240
-    out[131 * S + k] = 0.0
-    out[132 * S + k] = 0.0
-    out[133 * S + k] = 0.0
-    out[134 * S + k] = 0.0
-    out[135 * S + k] = 0.0
-    out[136 * S + k] = 0.0
-    out[137 * S + k] = t189 - t190
-    out[138 * S + k] = t197 - t198
-    out[139 * S + k] = 0.0
-    out[140 * S + k] = -t203
-    out[141 * S + k] = -t207
-    out[142 * S + k] = 0.0
-    out[143 * S + k] = 0.0
-    out[144 * S + k] = 0.0
-    out[145 * S + k] = -t211
-    out[146 * S + k] = t217 - t218
-    out[147 * S + k] = t225 - t226
-    out[148 * S + k] = 0.0
-    out[149 * S + k] = 0.0
-    out[150 * S + k] = 0.0
-    out[151 * S + k] = t235
-    out[152 * S + k] = t244
-    out[153 * S + k] = 0.0
-    out[154 * S + k] = 0.0
-    out[155 * S + k] = 0.0
-    out[156 * S + k] = t235
-    out[157 * S + k] = t244
-    out[158 * S + k] = 0.0
-    out[159 * S + k] = 0.0
-    out[160 * S + k] = 0.0
-    out[161 * S + k] = 0.0
-    out[162 * S + k] = J_3_11 * t88
-    out[163 * S + k] = 0.0
-    out[164 * S + k] = 0.0
-    out[165 * S + k] = 0.0
-    out[166 * S + k] = 0.0
-    out[167 * S + k] = 0.0
-    out[168 * S + k] = 0.0
-    out[169 * S + k] = 0.0
-    out[170 * S + k] = 0.0
-    out[171 * S + k] = 0.0
-    out[172 * S + k] = 0.0
-    out[173 * S + k] = 0.0
-    out[174 * S + k] = 0.0
-    out[175 * S + k] = 0.0
-    out[176 * S + k] = 0.0
-    out[177 * S + k] = 0.0
-    out[178 * S + k] = 0.0
-    out[179 * S + k] = t242
-    out[180 * S + k] = 0.0
-    out[181 * S + k] = 0.0
-    out[182 * S + k] = 0.0
-    out[183 * S + k] = 0.0
-    out[184 * S + k] = t242
-    out[185 * S + k] = 0.0
-    out[186 * S + k] = 0.0
-    out[187 * S + k] = 0.0
-    out[188 * S + k] = 0.0
-    out[189 * S + k] = 0.0
-    out[190 * S + k] = 0.0
-    out[191 * S + k] = t188 - (t190 - t189)
-    out[192 * S + k] = t196 - (t198 - t197)
-    out[193 * S + k] = 0.0
-    out[194 * S + k] = t202 - t203
-    out[195 * S + k] = t206 - t207
-    out[196 * S + k] = 0.0
-    out[197 * S + k] = 0.0
-    out[198 * S + k] = 0.0
-    out[199 * S + k] = t210 - t211
-    out[200 * S + k] = t216 - (t218 - t217)
-    out[201 * S + k] = t224 - (t226 - t225)
-    out[202 * S + k] = 0.0
-    out[203 * S + k] = 0.0
-    out[204 * S + k] = 0.0
-    out[205 * S + k] = t237
-    out[206 * S + k] = t246
-    out[207 * S + k] = 0.0
-    out[208 * S + k] = 0.0
-    out[209 * S + k] = 0.0
-    out[210 * S + k] = t237
-    out[211 * S + k] = t246
-    out[212 * S + k] = 0.0
-    out[213 * S + k] = 0.0
-    out[214 * S + k] = 0.0
-    out[215 * S + k] = t90 * -alpha_4_z
-
-
-_state_derivative_parameter_jacobian_p_columns = _columns(108, 27, (2, 2, 0, 26), ((1, 0), (3, 0), (3, 1),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
-    q_2 = x[1 * S + k]
-    qd_1 = x[4 * S + k]
-    qd_2 = x[5 * S + k]
-    u_1 = u[0 * S + k]
-    u_2 = u[1 * S + k]
-    u_3 = u[2 * S + k]
-    u_4 = u[3 * S + k]
-    p_g = p[0]
-    p_arm1_dh_a = p[2]
-    p_arm2_dh_a = p[3]
-    p_arm1_mass = p[5]
-    p_arm1_com_x = p[6]
-    p_arm1_inertia_zz = p[10]
-    p_arm2_mass = p[11]
-    p_arm2_com_x = p[12]
-    p_arm2_inertia_zz = p[16]
-    p_quill_mass = p[17]
-    p_quill_inertia_zz = p[21]
-    p_flange_mass = p[22]
-    p_flange_inertia_zz = p[26]
-    s_2, c_2 = turns((q_2,))
-    # link 3 (quill): base parameters
-    J_3_11 = p_quill_mass + p_flange_mass
-    # derivative: link 2 (arm2): base parameters
-    t20 = p_arm2_dh_a + p_arm2_com_x
-    # link 2 (arm2): base parameters
-    J_2_x1 = p_arm2_mass * t20
-    # derivative: link 1 (arm1): base parameters
-    t22 = p_arm1_dh_a + p_arm1_com_x
-    # link 1 (arm1): base parameters
-    t23 = p_arm1_mass * t22
-    t24 = p_arm1_dh_a * p_arm1_dh_a
-    # link 3 (quill): composite body, before its turn
-    h_3b_x = p_arm2_dh_a * J_3_11
-    # link 2 (arm2): composite body
-    t27 = p_arm2_com_x * t20
-    h_2_x = J_2_x1 + h_3b_x
-    # link 2 (arm2): composite body, before its turn
-    h_2t_x = c_2 * h_2_x
-    # link 1 (arm1): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 2 (arm2): acceleration of its joint
-    t39 = p_arm1_dh_a * w_1_zz
-    # link 2 (arm2): acceleration
-    a_2r_y = s_2 * t39
-    # link 2 (arm2): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 2 (arm2): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 2 (arm2): Newton, inertial force
-    t44 = J_2_x1 * w_2_zz
-    # link 2 (arm2): Euler, inertial moment
-    N_2_z = J_2_x1 * a_2r_y
-    # link 3 (quill): acceleration of its joint
-    t47 = c_2 * t39 + p_arm2_dh_a * w_2_zz
-    # link 3 (quill): Newton, inertial force
-    f_2_y = J_3_11 * a_2r_y
-    # link 2 (arm2): moment, in frame 1
-    t56 = p_arm1_dh_a * (s_2 * (t44 + J_3_11 * t47) - c_2 * f_2_y)
-    # solve: L D L^T
-    t61 = p_arm2_mass * t27 + (p_arm2_inertia_zz + p_quill_inertia_zz)
-    t62 = p_arm2_dh_a * h_2_x + t61
-    t63 = p_arm1_dh_a * h_2t_x + t62
-    t64 = 1.0 / t62
-    t65 = t63 * t64
-    t67 = p_arm1_com_x * t22
-    t73 = p_arm1_dh_a * (p_arm1_dh_a * J_3_11 + (t23 + h_2t_x * 2.0))
-    t76 = t62 + (p_arm1_inertia_zz + p_arm2_mass * t24) - t63 * t65
-    t80 = u_4 - N_2_z - p_arm2_dh_a * f_2_y
-    t81 = u_2 + t80
-    t86 = 1.0 / (t73 + (p_arm1_mass * t67 + t76))
-    t87 = (t80 + (u_1 + t56) - t65 * t81) * t86
-    t89 = 1.0 / J_3_11
-    t91 = 1.0 / p_flange_inertia_zz
-    alpha_4_z = u_4 * t91
+    t108 = s_2 * w_1_zz + c_2 * t86
     # link 2 (arm2): angular acceleration
-    t95 = t65 * t87 - (t87 + t64 * t81)
-    # link 2 (arm2): acceleration of its joint
-    a_2b_y = p_arm1_dh_a * t87
-    # link 2 (arm2): acceleration
-    t112 = a_2r_y + c_2 * a_2b_y
-    # derivative: link 2 (arm2): acceleration
-    t113 = s_2 * w_1_zz + c_2 * t87
+    alpha_2_z = t86 + t63 * t80 - t64 * t86
     # derivative: link 2 (arm2): Newton, inertial force
-    t114 = p_arm2_mass * w_2_zz
+    t111 = p_arm2_mass * w_2_zz
     # link 2 (arm2): Newton, inertial force
-    t115 = J_2_x1 * t95
+    F_2_y = J_2_x1 * alpha_2_z
     # derivative: link 2 (arm2): Newton, inertial force
-    t116 = p_arm2_mass * t95
+    t113 = p_arm2_mass * alpha_2_z
     # derivative: link 2 (arm2): Euler, inertial moment
-    t121 = t95 * (t27 + p_arm2_dh_a * t20) - t20 * t112
-    t123 = 2.0 * t115 - p_arm2_mass * t112
+    t118 = (t27 + p_arm2_dh_a * t20) * alpha_2_z + t20 * t107
+    t120 = p_arm2_mass * t107 + 2.0 * F_2_y
     # link 3 (quill): acceleration of its joint
-    t124 = t47 - s_2 * a_2b_y
-    a_3b_y = t112 - p_arm2_dh_a * t95
+    t121 = t47 - s_2 * a_2b_y
+    a_3b_y = t107 + p_arm2_dh_a * alpha_2_z
     # link 3 (quill): Newton, inertial force
-    t129 = J_3_11 * a_3b_y
+    t126 = J_3_11 * a_3b_y
     # derivative: link 3 (quill): Newton, inertial force
-    t130 = J_3_11 * t113
-    t131 = J_3_11 * t95
+    t127 = J_3_11 * t108
+    t128 = J_3_11 * alpha_2_z
     # derivative: link 3 (quill): moment, in frame 2
-    t132 = p_arm2_dh_a * a_3b_y
-    t133 = -t132
+    t129 = p_arm2_dh_a * a_3b_y
     # derivative: link 2 (arm2): moment from link 1
-    t142 = p_arm2_dh_a * t131 + (t123 - t129)
+    t137 = p_arm2_dh_a * t128 + (t120 + t126)
     # derivative: link 2 (arm2): force, before its turn
-    t158 = s_2 * (t114 + J_3_11 * w_2_zz) + c_2 * (t116 + t131)
-    t160 = (c_2 * w_1_zz - s_2 * t87) * (s_2 * J_3_11) - c_2 * t130
+    t153 = s_2 * (t111 + J_3_11 * w_2_zz) - c_2 * (t113 + t128)
+    t155 = (c_2 * w_1_zz - s_2 * t86) * (s_2 * J_3_11) - c_2 * t127
+    # derivative: link 2 (arm2): moment, in frame 1
+    t157 = (s_2 * w_2_zz - c_2 * alpha_2_z) * (p_arm1_dh_a * t20)
     # derivative of effort
-    t167 = J_2_x1 * t113 + p_arm2_dh_a * t130
-    t170 = p_arm1_dh_a * t160 + (s_2 * (t44 + J_3_11 * t124) + c_2 * (t115 - t129))
-    t173 = t170 - t167 - 2.0 * (t87 * (t23 + p_arm1_dh_a * p_arm2_mass))
-    t182 = (s_2 * w_2_zz + c_2 * t95) * (p_arm1_dh_a * t20) + (t121 - t24 * t87)
-    t184 = p_arm1_dh_a * (s_2 * t124 - c_2 * a_3b_y) - t132
-    t185 = p_g - (u_3 + J_3_11 * p_g) * t89
+    t162 = J_2_x1 * t108 + p_arm2_dh_a * t127
+    # solve: L D L^T
+    t168 = p_arm1_dh_a * t155 + (s_2 * (t44 + J_3_11 * t121) - c_2 * (F_2_y + t126))
+    t172 = t64 * t162 + (t168 - t162) - 2.0 * (t86 * (t23 + p_arm1_dh_a * p_arm2_mass))
+    t173 = t85 * t172
+    t176 = t63 * t162 + t64 * t173
+    t182 = t85 * (t137 - p_arm1_dh_a * t153 - t64 * t137)
+    t184 = t63 * t137
+    t185 = t64 * t182
+    t189 = t85 * t86
+    t190 = (t66 + p_arm1_dh_a * t22) * t189
+    t192 = t64 * t190
+    t194 = t23 * t189
+    t195 = 2.0 * t194
+    t198 = t64 * t195
+    t201 = t64 * t189
+    t207 = t85 * (t24 * t86 + t118 - t157 - t64 * t118)
+    t209 = t63 * t118
+    t210 = t64 * t207
+    t216 = t120 - p_arm1_dh_a * (s_2 * t111 - c_2 * t113) - t64 * t120
+    t217 = t85 * t216
+    t219 = t63 * t120
+    t220 = t64 * t217
+    t226 = t85 * (alpha_2_z - t64 * alpha_2_z)
+    t227 = -t226
+    t228 = t63 * alpha_2_z
+    t229 = t64 * t226
+    t230 = t229 - t228
+    t232 = t229 - t226 - t228
+    t235 = t129 - p_arm1_dh_a * (s_2 * t121 - c_2 * a_3b_y) - t64 * t129
+    t236 = t85 * t235
+    t237 = -t236
+    t238 = t63 * t129
+    t239 = t88 * (p_g - (u_3 + J_3_11 * p_g) * t88)
+    t240 = t64 * t236
+    t241 = t240 - t238
+    t243 = t240 - t236 - t238
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -8298,58 +7211,58 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     out[108 * S + k] = 0.0
     out[109 * S + k] = 0.0
     out[110 * S + k] = t173
-    out[111 * S + k] = t142 + p_arm1_dh_a * t158
+    out[111 * S + k] = -t182
     out[112 * S + k] = 0.0
-    out[113 * S + k] = -(t87 * (t67 + p_arm1_dh_a * t22))
-    out[114 * S + k] = t23 * t87 * -2.0
+    out[113 * S + k] = -t190
+    out[114 * S + k] = t194 * -2.0
     out[115 * S + k] = 0.0
     out[116 * S + k] = 0.0
     out[117 * S + k] = 0.0
-    out[118 * S + k] = -t87
-    out[119 * S + k] = t182
-    out[120 * S + k] = t123 + p_arm1_dh_a * (s_2 * t114 + c_2 * t116)
+    out[118 * S + k] = -t189
+    out[119 * S + k] = -t207
+    out[120 * S + k] = -t217
     out[121 * S + k] = 0.0
     out[122 * S + k] = 0.0
     out[123 * S + k] = 0.0
-    out[124 * S + k] = t95
-    out[125 * S + k] = t184
+    out[124 * S + k] = t227
+    out[125 * S + k] = t237
     out[126 * S + k] = 0.0
     out[127 * S + k] = 0.0
     out[128 * S + k] = 0.0
-    out[129 * S + k] = t95
-    out[130 * S + k] = t184
+    out[129 * S + k] = t227
+    out[130 * S + k] = t237
     out[131 * S + k] = 0.0
     out[132 * S + k] = 0.0
     out[133 * S + k] = 0.0
-    out[134 * S + k] = alpha_4_z
+    out[134 * S + k] = 0.0
     out[135 * S + k] = 0.0
     out[136 * S + k] = 0.0
-    out[137 * S + k] = -t167
-    out[138 * S + k] = t142
+    out[137 * S + k] = -t176
+    out[138 * S + k] = t185 - t184
     out[139 * S + k] = 0.0
-    out[140 * S + k] = 0.0
-    out[141 * S + k] = 0.0
+    out[140 * S + k] = t192
+    out[141 * S + k] = t198
     out[142 * S + k] = 0.0
     out[143 * S + k] = 0.0
     out[144 * S + k] = 0.0
-    out[145 * S + k] = 0.0
-    out[146 * S + k] = t121
-    out[147 * S + k] = t123
+    out[145 * S + k] = t201
+    out[146 * S + k] = t210 - t209
+    out[147 * S + k] = t220 - t219
     out[148 * S + k] = 0.0
     out[149 * S + k] = 0.0
     out[150 * S + k] = 0.0
-    out[151 * S + k] = t95
-    out[152 * S + k] = t133
+    out[151 * S + k] = t230
+    out[152 * S + k] = t241
     out[153 * S + k] = 0.0
     out[154 * S + k] = 0.0
     out[155 * S + k] = 0.0
-    out[156 * S + k] = t95
-    out[157 * S + k] = t133
+    out[156 * S + k] = t230
+    out[157 * S + k] = t241
     out[158 * S + k] = 0.0
     out[159 * S + k] = 0.0
     out[160 * S + k] = 0.0
-    out[161 * S + k] = alpha_4_z
-    out[162 * S + k] = J_3_11
+    out[161 * S + k] = 0.0
+    out[162 * S + k] = J_3_11 * t88
     out[163 * S + k] = 0.0
     out[164 * S + k] = 0.0
     out[165 * S + k] = 0.0
@@ -8366,51 +7279,43 @@ def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
     out[176 * S + k] = 0.0
     out[177 * S + k] = 0.0
     out[178 * S + k] = 0.0
-    out[179 * S + k] = t185
+    out[179 * S + k] = t239
     out[180 * S + k] = 0.0
     out[181 * S + k] = 0.0
     out[182 * S + k] = 0.0
     out[183 * S + k] = 0.0
-    out[184 * S + k] = t185
+    out[184 * S + k] = t239
     out[185 * S + k] = 0.0
     out[186 * S + k] = 0.0
     out[187 * S + k] = 0.0
     out[188 * S + k] = 0.0
     out[189 * S + k] = 0.0
     out[190 * S + k] = 0.0
-    out[191 * S + k] = 0.0
-    out[192 * S + k] = 0.0
+    out[191 * S + k] = t173 - t176
+    out[192 * S + k] = t185 - t182 - t184
     out[193 * S + k] = 0.0
-    out[194 * S + k] = 0.0
-    out[195 * S + k] = 0.0
+    out[194 * S + k] = t192 - t190
+    out[195 * S + k] = t198 - t195
     out[196 * S + k] = 0.0
     out[197 * S + k] = 0.0
     out[198 * S + k] = 0.0
-    out[199 * S + k] = 0.0
-    out[200 * S + k] = 0.0
-    out[201 * S + k] = 0.0
+    out[199 * S + k] = t201 - t189
+    out[200 * S + k] = t210 - t207 - t209
+    out[201 * S + k] = t220 - t217 - t219
     out[202 * S + k] = 0.0
     out[203 * S + k] = 0.0
     out[204 * S + k] = 0.0
-    out[205 * S + k] = 0.0
-    out[206 * S + k] = 0.0
+    out[205 * S + k] = t232
+    out[206 * S + k] = t243
     out[207 * S + k] = 0.0
     out[208 * S + k] = 0.0
     out[209 * S + k] = 0.0
-    out[210 * S + k] = 0.0
-    out[211 * S + k] = 0.0
+    out[210 * S + k] = t232
+    out[211 * S + k] = t243
     out[212 * S + k] = 0.0
     out[213 * S + k] = 0.0
     out[214 * S + k] = 0.0
-    out[215 * S + k] = -alpha_4_z
-    factor_1_0 = t65
-    factor_3_0 = -1.0
-    factor_3_1 = -1.0
-    reciprocal_0 = t86
-    reciprocal_1 = t64
-    reciprocal_2 = t89
-    reciprocal_3 = t91
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, factor_3_0, factor_3_1, reciprocal_0, reciprocal_1, reciprocal_2, reciprocal_3,))
+    out[215 * S + k] = -(u_4 * (t90 * t90))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8423,7 +7328,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 27:
         raise ValueError("p must have 27 entries")
     out = np.empty(216)
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((8, 27))
 
 
@@ -8440,7 +7345,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 216 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8448,7 +7353,7 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 255:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 255 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p_of_one(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(both[0:8], both[8:12], both[12:39], both[39:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

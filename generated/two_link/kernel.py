@@ -5753,7 +5753,7 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     u_1 = u[0 * S + k]
     u_2 = u[1 * S + k]
     s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
-    t9 = 0.046195200000000006 + c_2 * 0.0864
+    t9 = c_2 * 0.0864 + 0.046195200000000006
     # link 1 (shoulder): acceleration
     a_1r_y = c_1 * 9.81
     # link 1 (shoulder): products of angular velocity
@@ -5778,30 +5778,28 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     # link 2 (elbow): acceleration of its joint
     a_2b_y = a_1r_y + 0.5 * t48
     # link 2 (elbow): acceleration
-    t59 = t21 - c_2 * a_2b_y
+    t58 = t21 - c_2 * a_2b_y
     # derivative: link 2 (elbow): acceleration
-    t60 = s_2 * s_1 - c_2 * c_1
-    t61 = s_2 * w_1_zz + c_2 * t48
+    t59 = s_2 * s_1 - c_2 * c_1
+    t60 = s_2 * w_1_zz + c_2 * t48
     # link 2 (elbow): angular acceleration
-    t63 = t31 * t48 - (t48 + t29 * 21.647270712108615)
+    alpha_2_z = t48 + t29 * 21.647270712108615 - t31 * t48
     # derivative: link 2 (elbow): Euler, inertial moment
-    t68 = t59 * 0.2 + t63 * 0.04000000000000001
-    t73 = t59 * 0.864 + t63 * 0.3456
+    t68 = t58 * 0.2 - alpha_2_z * 0.04000000000000001
+    t73 = t58 * 0.864 - alpha_2_z * 0.3456
     # derivative: link 2 (elbow): force, before its turn
-    t75 = t28 + c_2 * t63
-    # derivative of effort
-    t76 = 0.1728 * t60
+    t75 = t28 - c_2 * alpha_2_z
     # solve: L D L^T
-    t113 = t47 * (t76 - c_1 * 0.702 - t31 * t76)
-    t119 = 0.1728 * (t75 - t61) - c_1 * 8.47584 - t48 * 0.864 - t31 * (-0.1728 * t61)
-    t120 = t47 * t119
-    t125 = t47 * (c_1 * -2.4525 - t48 * 0.0625)
-    t129 = t75 * 0.1 + (t68 - c_1 * 4.905 - t48 * 0.25) - t31 * t68
-    t130 = t47 * t129
-    t134 = t47 * (c_1 * -10.594800000000001 - t48 * 0.54)
+    t92 = t47 * (c_1 * 0.702 - 0.1728 * (t59 - t31 * t59))
+    t106 = c_1 * 8.47584 + t48 * 0.864 + 0.1728 * (t60 - t75 - t31 * t60)
+    t107 = t47 * t106
+    t112 = t47 * (c_1 * 2.4525 + t48 * 0.0625)
+    t125 = t31 * t68 + (c_1 * 4.905 + t48 * 0.25 - t68 - t75 * 0.1)
+    t126 = t47 * t125
+    t131 = t47 * (c_1 * 10.594800000000001 + t48 * 0.54)
     t139 = t47 * (t73 + t75 * 0.432 - t31 * t73)
-    t143 = t47 * -t48
-    t148 = t47 * (t63 - t31 * t63)
+    t143 = t47 * t48
+    t148 = t47 * (alpha_2_z - t31 * alpha_2_z)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -5828,139 +5826,32 @@ def _state_derivative_parameter_jacobian(x, u, out, k, S, turns):
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = t113
-    out[27 * S + k] = t120
+    out[26 * S + k] = -t92
+    out[27 * S + k] = -t107
     out[28 * S + k] = 0.0
-    out[29 * S + k] = t125
-    out[30 * S + k] = t130
-    out[31 * S + k] = t134
+    out[29 * S + k] = -t112
+    out[30 * S + k] = -t126
+    out[31 * S + k] = -t131
     out[32 * S + k] = t139
-    out[33 * S + k] = t143
-    out[34 * S + k] = t148
+    out[33 * S + k] = -t143
+    out[34 * S + k] = -t148
     out[35 * S + k] = 0.0
     out[36 * S + k] = 0.0
     out[37 * S + k] = 0.0
     out[38 * S + k] = 0.0
-    out[39 * S + k] = t60 * 3.740648379052369 - t31 * t113
-    out[40 * S + k] = t61 * -3.740648379052369 - t31 * t120
+    out[39 * S + k] = t31 * t92 + t59 * 3.740648379052369
+    out[40 * S + k] = t31 * t107 - t60 * 3.740648379052369
     out[41 * S + k] = 0.0
-    out[42 * S + k] = -(t31 * t125)
-    out[43 * S + k] = 21.647270712108615 * t68 - t31 * t130
-    out[44 * S + k] = -(t31 * t134)
+    out[42 * S + k] = t31 * t112
+    out[43 * S + k] = t31 * t126 + 21.647270712108615 * t68
+    out[44 * S + k] = t31 * t131
     out[45 * S + k] = 21.647270712108615 * t73 - t31 * t139
-    out[46 * S + k] = -(t31 * t143)
-    out[47 * S + k] = 21.647270712108615 * t63 - t31 * t148
+    out[46 * S + k] = t31 * t143
+    out[47 * S + k] = t31 * t148 - 21.647270712108615 * alpha_2_z
     out[48 * S + k] = 0.0
     out[49 * S + k] = 0.0
     out[50 * S + k] = 0.0
     out[51 * S + k] = 0.0
-
-
-_state_derivative_parameter_jacobian_columns = _columns(26, 13, (0, 0), ((1, 0),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_of_one(x, u, out, k, S, turns):
-    q_1 = x[0 * S + k]
-    q_2 = x[1 * S + k]
-    qd_1 = x[2 * S + k]
-    qd_2 = x[3 * S + k]
-    u_1 = u[0 * S + k]
-    u_2 = u[1 * S + k]
-    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
-    t9 = 0.046195200000000006 + c_2 * 0.0864
-    # link 1 (shoulder): acceleration
-    a_1r_y = c_1 * 9.81
-    # link 1 (shoulder): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 2 (elbow): acceleration of its joint
-    a_2b_x = s_1 * 9.81 - w_1_zz * 0.5
-    # link 2 (elbow): acceleration
-    t21 = s_2 * a_2b_x
-    # link 2 (elbow): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): Euler, inertial moment
-    N_2_z = (t21 - c_2 * a_1r_y) * -0.1728
-    # link 2 (elbow): force, before its turn
-    t28 = s_2 * (omega_2_z * omega_2_z)
-    # effort less bias force
-    t29 = u_2 - N_2_z
-    # solve: L D L^T
-    t31 = t9 * 21.647270712108615
-    t45 = u_1 - c_1 * 6.88662 - N_2_z + 0.0864 * t28 - t29 * t31
-    t47 = 1.0 / (c_2 * 0.1728 - t9 * t31 + 0.3523392)
-    t48 = t45 * t47
-    # link 2 (elbow): acceleration of its joint
-    a_2b_y = a_1r_y + 0.5 * t48
-    # link 2 (elbow): acceleration
-    t59 = t21 - c_2 * a_2b_y
-    # derivative: link 2 (elbow): acceleration
-    t61 = s_2 * w_1_zz + c_2 * t48
-    # link 2 (elbow): angular acceleration
-    t63 = t31 * t48 - (t48 + t29 * 21.647270712108615)
-    # derivative: link 2 (elbow): Euler, inertial moment
-    t68 = t59 * 0.2 + t63 * 0.04000000000000001
-    t73 = t59 * 0.864 + t63 * 0.3456
-    # derivative: link 2 (elbow): force, before its turn
-    t75 = t28 + c_2 * t63
-    # derivative of effort
-    t76 = 0.1728 * (s_2 * s_1 - c_2 * c_1)
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.0
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = 0.0
-    out[5 * S + k] = 0.0
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = 0.0
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = 0.0
-    out[13 * S + k] = 0.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 0.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = t76 - c_1 * 0.702
-    out[27 * S + k] = 0.1728 * (t75 - t61) - c_1 * 8.47584 - t48 * 0.864
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = c_1 * -2.4525 - t48 * 0.0625
-    out[30 * S + k] = t75 * 0.1 + (t68 - c_1 * 4.905 - t48 * 0.25)
-    out[31 * S + k] = c_1 * -10.594800000000001 - t48 * 0.54
-    out[32 * S + k] = t73 + t75 * 0.432
-    out[33 * S + k] = -t48
-    out[34 * S + k] = t63
-    out[35 * S + k] = 0.0
-    out[36 * S + k] = 0.0
-    out[37 * S + k] = 0.0
-    out[38 * S + k] = 0.0
-    out[39 * S + k] = t76
-    out[40 * S + k] = -0.1728 * t61
-    out[41 * S + k] = 0.0
-    out[42 * S + k] = 0.0
-    out[43 * S + k] = t68
-    out[44 * S + k] = 0.0
-    out[45 * S + k] = t73
-    out[46 * S + k] = 0.0
-    out[47 * S + k] = t63
-    out[48 * S + k] = 0.0
-    out[49 * S + k] = 0.0
-    out[50 * S + k] = 0.0
-    out[51 * S + k] = 0.0
-    factor_1_0 = t31
-    reciprocal_0 = t47
-    reciprocal_1 = 21.647270712108615
-    _state_derivative_parameter_jacobian_columns(out, (factor_1_0, reciprocal_0, reciprocal_1,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5971,7 +5862,7 @@ def state_derivative_parameter_jacobian(x, u):
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
     out = np.empty(52)
-    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
     return out.reshape((4, 13))
 
 
@@ -5986,7 +5877,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 52 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5994,7 +5885,7 @@ def state_derivative_parameter_jacobian_packed(both):
     """state_derivative_parameter_jacobian of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 58:
         raise ValueError("state_derivative_parameter_jacobian_packed takes 58 numbers: x, u, result")
-    _state_derivative_parameter_jacobian_of_one(both[0:4], both[4:6], both[6:], 0, 1, _together)
+    _state_derivative_parameter_jacobian(both[0:4], both[4:6], both[6:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6156,48 +6047,44 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     t38 = s_2 * a_2b_x
     # link 2 (elbow): angular velocity
     omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
     # link 2 (elbow): Euler, inertial moment
-    t43 = J_2_x1 * (t38 - c_2 * a_1r_y)
+    t42 = J_2_x1 * (t38 - c_2 * a_1r_y)
     # derivative: link 2 (elbow): force, before its turn
-    t44 = s_2 * w_2_zz
+    t44 = s_2 * (omega_2_z * omega_2_z)
     # link 2 (elbow): force, before its turn
     t45 = J_2_x1 * t44
     # effort less bias force
-    t47 = u_2 + t43
+    t47 = u_2 + t42
     # solve: L D L^T
     t49 = 1.0 / t22
     t50 = t23 * t49
     t57 = t22 + (p_m_2 * t18 + (p_I_1 + p_m_1 * t16) + t21 * 2.0)
     t64 = 1.0 / (t57 - t23 * t50)
-    t65 = (p_l_1 * t45 + (t43 + (u_1 - N_1_z)) - t47 * t50) * t64
+    t65 = (p_l_1 * t45 + (t42 + (u_1 - N_1_z)) - t47 * t50) * t64
     # link 2 (elbow): acceleration of its joint
     a_2b_y = a_1r_y + p_l_1 * t65
     # link 2 (elbow): acceleration
     t82 = t38 - c_2 * a_2b_y
     # link 2 (elbow): angular acceleration
-    t86 = t50 * t65 - (t65 + t47 * t49)
+    alpha_2_z = t65 + t47 * t49 - t50 * t65
     # derivative: link 2 (elbow): Euler, inertial moment
     t90 = J_2_x1 * (s_2 * s_1 - c_2 * c_1)
     t91 = J_2_x1 * (s_2 * w_1_zz + c_2 * t65)
+    t92 = t13 * alpha_2_z - p_r_2 * t82
+    t95 = p_m_2 * t82 - 2.0 * (J_2_x1 * alpha_2_z)
     # derivative: link 2 (elbow): force, before its turn
-    t94 = t44 + c_2 * t86
-    # derivative of effort
-    t102 = t20 * t86 + (t45 - p_m_2 * a_1r_y - t91) - 2.0 * (t27 * t65)
-    t103 = -t91
-    t109 = t13 * t86 + p_r_2 * t82
-    t118 = p_m_2 * t82 + 2.0 * (J_2_x1 * t86)
+    t98 = t44 - c_2 * alpha_2_z
     # solve: L D L^T
-    t123 = t64 * (t90 - J_1_x1 * c_1 - t50 * t90)
-    t129 = t64 * (t102 - t50 * t103)
-    t133 = t64 * -(p_r_1 * a_1r_y + t16 * t65)
-    t137 = t109 - t18 * t65 - p_l_1 * (a_1r_y - p_r_2 * t94) - t50 * t109
-    t138 = t64 * t137
-    t142 = t64 * (t28 * t65 * -2.0 - p_m_1 * a_1r_y)
-    t147 = t64 * (t27 * t94 + t118 - t50 * t118)
-    t151 = t64 * -t65
-    t156 = t64 * (t86 - t50 * t86)
+    t107 = t64 * (t50 * t90 + (J_1_x1 * c_1 - t90))
+    t117 = t50 * t91 + (t45 - p_m_2 * a_1r_y - t91 - t20 * alpha_2_z)
+    t120 = t64 * (t117 - 2.0 * (t27 * t65))
+    t125 = t64 * (p_r_1 * a_1r_y + t16 * t65)
+    t134 = p_l_1 * (a_1r_y - p_r_2 * t98) + (t18 * t65 + t92 - t50 * t92)
+    t135 = t64 * t134
+    t140 = t64 * (p_m_1 * a_1r_y + 2.0 * (t28 * t65))
+    t146 = t64 * (t95 + t27 * t98 - t50 * t95)
+    t150 = t64 * t65
+    t155 = t64 * (alpha_2_z - t50 * alpha_2_z)
     out[0 * S + k] = 0.0
     out[1 * S + k] = 0.0
     out[2 * S + k] = 0.0
@@ -6224,169 +6111,32 @@ def _state_derivative_parameter_jacobian_p(x, u, p, out, k, S, turns):
     out[23 * S + k] = 0.0
     out[24 * S + k] = 0.0
     out[25 * S + k] = 0.0
-    out[26 * S + k] = t123
-    out[27 * S + k] = t129
+    out[26 * S + k] = -t107
+    out[27 * S + k] = t120
     out[28 * S + k] = 0.0
-    out[29 * S + k] = t133
-    out[30 * S + k] = t138
-    out[31 * S + k] = t142
-    out[32 * S + k] = t147
-    out[33 * S + k] = t151
-    out[34 * S + k] = t156
+    out[29 * S + k] = -t125
+    out[30 * S + k] = -t135
+    out[31 * S + k] = -t140
+    out[32 * S + k] = t146
+    out[33 * S + k] = -t150
+    out[34 * S + k] = -t155
     out[35 * S + k] = 0.0
     out[36 * S + k] = 0.0
     out[37 * S + k] = 0.0
     out[38 * S + k] = 0.0
-    out[39 * S + k] = t49 * t90 - t50 * t123
-    out[40 * S + k] = t49 * t103 - t50 * t129
+    out[39 * S + k] = t49 * t90 + t50 * t107
+    out[40 * S + k] = -(t49 * t91 + t50 * t120)
     out[41 * S + k] = 0.0
-    out[42 * S + k] = -(t50 * t133)
-    out[43 * S + k] = t49 * t109 - t50 * t138
-    out[44 * S + k] = -(t50 * t142)
-    out[45 * S + k] = t49 * t118 - t50 * t147
-    out[46 * S + k] = -(t50 * t151)
-    out[47 * S + k] = t49 * t86 - t50 * t156
+    out[42 * S + k] = t50 * t125
+    out[43 * S + k] = t50 * t135 - t49 * t92
+    out[44 * S + k] = t50 * t140
+    out[45 * S + k] = t49 * t95 - t50 * t146
+    out[46 * S + k] = t50 * t150
+    out[47 * S + k] = t50 * t155 - t49 * alpha_2_z
     out[48 * S + k] = 0.0
     out[49 * S + k] = 0.0
     out[50 * S + k] = 0.0
     out[51 * S + k] = 0.0
-
-
-_state_derivative_parameter_jacobian_p_columns = _columns(26, 13, (0, 0), ((1, 0),))
-
-
-@njit(forceinline=True, error_model="numpy", fastmath=FAST)
-def _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, k, S, turns):
-    q_1 = x[0 * S + k]
-    q_2 = x[1 * S + k]
-    qd_1 = x[2 * S + k]
-    qd_2 = x[3 * S + k]
-    u_1 = u[0 * S + k]
-    u_2 = u[1 * S + k]
-    p_g = p[0]
-    p_l_1 = p[1]
-    p_m_1 = p[3]
-    p_m_2 = p[4]
-    p_r_1 = p[5]
-    p_r_2 = p[6]
-    p_I_1 = p[7]
-    p_I_2 = p[8]
-    s_2, c_2, s_1, c_1 = turns((q_2, q_1,))
-    # link 2 (elbow): base parameters
-    t13 = p_r_2 * p_r_2
-    J_2_x1 = p_m_2 * p_r_2
-    # link 1 (shoulder): base parameters
-    t16 = p_r_1 * p_r_1
-    t18 = p_l_1 * p_l_1
-    # link 1 (shoulder): composite body
-    t20 = c_2 * J_2_x1
-    t21 = p_l_1 * t20
-    t22 = p_I_2 + p_m_2 * t13
-    t23 = t21 + t22
-    # link 1 (shoulder): base parameters
-    t27 = p_l_1 * p_m_2
-    t28 = p_m_1 * p_r_1
-    J_1_x1 = t27 + t28
-    # link 1 (shoulder): acceleration
-    a_1r_x = p_g * s_1
-    a_1r_y = p_g * c_1
-    # link 1 (shoulder): products of angular velocity
-    w_1_zz = qd_1 * qd_1
-    # link 1 (shoulder): Euler, inertial moment
-    N_1_z = J_1_x1 * a_1r_y
-    # link 2 (elbow): acceleration of its joint
-    a_2b_x = a_1r_x - p_l_1 * w_1_zz
-    # link 2 (elbow): acceleration
-    t38 = s_2 * a_2b_x
-    # link 2 (elbow): angular velocity
-    omega_2_z = qd_1 + qd_2
-    # link 2 (elbow): products of angular velocity
-    w_2_zz = omega_2_z * omega_2_z
-    # link 2 (elbow): Euler, inertial moment
-    t43 = J_2_x1 * (t38 - c_2 * a_1r_y)
-    # derivative: link 2 (elbow): force, before its turn
-    t44 = s_2 * w_2_zz
-    # link 2 (elbow): force, before its turn
-    t45 = J_2_x1 * t44
-    # effort less bias force
-    t47 = u_2 + t43
-    # solve: L D L^T
-    t49 = 1.0 / t22
-    t50 = t23 * t49
-    t57 = t22 + (p_m_2 * t18 + (p_I_1 + p_m_1 * t16) + t21 * 2.0)
-    t64 = 1.0 / (t57 - t23 * t50)
-    t65 = (p_l_1 * t45 + (t43 + (u_1 - N_1_z)) - t47 * t50) * t64
-    # link 2 (elbow): acceleration of its joint
-    a_2b_y = a_1r_y + p_l_1 * t65
-    # link 2 (elbow): acceleration
-    t82 = t38 - c_2 * a_2b_y
-    # link 2 (elbow): angular acceleration
-    t86 = t50 * t65 - (t65 + t47 * t49)
-    # derivative: link 2 (elbow): Euler, inertial moment
-    t90 = J_2_x1 * (s_2 * s_1 - c_2 * c_1)
-    t91 = J_2_x1 * (s_2 * w_1_zz + c_2 * t65)
-    # derivative: link 2 (elbow): force, before its turn
-    t94 = t44 + c_2 * t86
-    # derivative of effort
-    t102 = t20 * t86 + (t45 - p_m_2 * a_1r_y - t91) - 2.0 * (t27 * t65)
-    t109 = t13 * t86 + p_r_2 * t82
-    t118 = p_m_2 * t82 + 2.0 * (J_2_x1 * t86)
-    out[0 * S + k] = 0.0
-    out[1 * S + k] = 0.0
-    out[2 * S + k] = 0.0
-    out[3 * S + k] = 0.0
-    out[4 * S + k] = 0.0
-    out[5 * S + k] = 0.0
-    out[6 * S + k] = 0.0
-    out[7 * S + k] = 0.0
-    out[8 * S + k] = 0.0
-    out[9 * S + k] = 0.0
-    out[10 * S + k] = 0.0
-    out[11 * S + k] = 0.0
-    out[12 * S + k] = 0.0
-    out[13 * S + k] = 0.0
-    out[14 * S + k] = 0.0
-    out[15 * S + k] = 0.0
-    out[16 * S + k] = 0.0
-    out[17 * S + k] = 0.0
-    out[18 * S + k] = 0.0
-    out[19 * S + k] = 0.0
-    out[20 * S + k] = 0.0
-    out[21 * S + k] = 0.0
-    out[22 * S + k] = 0.0
-    out[23 * S + k] = 0.0
-    out[24 * S + k] = 0.0
-    out[25 * S + k] = 0.0
-    out[26 * S + k] = t90 - J_1_x1 * c_1
-    out[27 * S + k] = t102
-    out[28 * S + k] = 0.0
-    out[29 * S + k] = -(p_r_1 * a_1r_y + t16 * t65)
-    out[30 * S + k] = t109 - t18 * t65 - p_l_1 * (a_1r_y - p_r_2 * t94)
-    out[31 * S + k] = t28 * t65 * -2.0 - p_m_1 * a_1r_y
-    out[32 * S + k] = t27 * t94 + t118
-    out[33 * S + k] = -t65
-    out[34 * S + k] = t86
-    out[35 * S + k] = 0.0
-    out[36 * S + k] = 0.0
-    out[37 * S + k] = 0.0
-    out[38 * S + k] = 0.0
-    out[39 * S + k] = t90
-    out[40 * S + k] = -t91
-    out[41 * S + k] = 0.0
-    out[42 * S + k] = 0.0
-    out[43 * S + k] = t109
-    out[44 * S + k] = 0.0
-    out[45 * S + k] = t118
-    out[46 * S + k] = 0.0
-    out[47 * S + k] = t86
-    out[48 * S + k] = 0.0
-    out[49 * S + k] = 0.0
-    out[50 * S + k] = 0.0
-    out[51 * S + k] = 0.0
-    factor_1_0 = t50
-    reciprocal_0 = t64
-    reciprocal_1 = t49
-    _state_derivative_parameter_jacobian_p_columns(out, (factor_1_0, reciprocal_0, reciprocal_1,))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6399,7 +6149,7 @@ def state_derivative_parameter_jacobian_p(x, u, p):
     if p.shape[0] != 13:
         raise ValueError("p must have 13 entries")
     out = np.empty(52)
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
     return out.reshape((4, 13))
 
 
@@ -6416,7 +6166,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 52 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6424,7 +6174,7 @@ def state_derivative_parameter_jacobian_p_packed(both):
     """state_derivative_parameter_jacobian_p of the arguments, one after the other, in one vector, and the result behind them."""
     if both.shape[0] != 71:
         raise ValueError("state_derivative_parameter_jacobian_p_packed takes 71 numbers: x, u, p, result")
-    _state_derivative_parameter_jacobian_p_of_one(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(both[0:4], both[4:6], both[6:19], both[19:], 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

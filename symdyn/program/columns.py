@@ -31,8 +31,8 @@ class Columns:
 
     @property
     def wide(self) -> bool:
-        """Whether the columns fill a vector, and something is left to be done to them."""
-        return self.width >= WIDE and len(self.factors) > 0
+        """Whether the columns fill a vector, and enough is left to be done to them: a factor for every row."""
+        return self.width >= WIDE and len(self.factors) >= self.size
 
     @property
     def end(self) -> int:
