@@ -55,14 +55,22 @@ def test_widths(width: int, full: bool, compiled: Machine, interpreted: Callable
         np.testing.assert_allclose(out, wanted, rtol=1e-12, atol=1e-13)
 
 
-def test_an_arm_one_by_one_and_in_rows(compiled: Machine) -> None:
-    of = compiled("stanford")
-    name = "forward_dynamics_state_jacobian"
-    assert next(form for form in of.forms if form.name == name).columns is not None
-    kernel, rng = of.kernel(), np.random.default_rng(0)
-    q, qd, tau = rng.uniform(-2, 2, (3, 5, len(kernel.coordinates)))
+def assert_same_in_rows(kernel: Kernel) -> None:
+    rng = np.random.default_rng(0)
+    q, qd, tau = rng.uniform(-2, 2, (3, 3, len(kernel.coordinates)))
     one_by_one = [kernel.forward_dynamics_state_jacobian(*rows) for rows in zip(q, qd, tau, strict=True)]
     np.testing.assert_allclose(kernel.forward_dynamics_state_jacobian_batch(q, qd, tau), one_by_one, rtol=1e-10)
+
+
+def test_an_arm_one_by_one_and_in_rows(compiled: Machine, interpreted: Callable[[str], Kernel]) -> None:
+    forms = {form.name: form for form in compiled("stanford").forms}
+    assert forms["forward_dynamics_state_jacobian"].columns is not None
+    assert_same_in_rows(interpreted("stanford"))
+
+
+@pytest.mark.slow
+def test_a_compiled_arm(compiled: Machine) -> None:
+    assert_same_in_rows(compiled("stanford").kernel())
 
 
 def test_results_that_are_not_contiguous_are_refused(compiled: Machine, interpreted: Callable[[str], Kernel]) -> None:
