@@ -137,6 +137,7 @@ def _each(arguments: Sequence[Argument], states: Sequence[Argument], text: str) 
 def _tile(vectors: Sequence[tuple[str, int]]) -> Iterator[str]:
     """Scratch for a block, a line per entry. One array: LLVM then sees that its parts do not overlap."""
     offsets = list(accumulate((BLOCK * size for _, size in vectors), initial=0))
+    yield "    _align_stack()"
     yield f"    tile = np.zeros({offsets[-1]})"
     for (name, _), (start, stop) in zip(vectors, pairwise(offsets), strict=True):
         yield f"    {name}_ = tile[{start}:{stop}]"
