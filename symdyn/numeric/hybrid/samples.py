@@ -44,12 +44,17 @@ def due_at(instants: tuple[Array, Ints], time: float, close: float) -> Ints:
 
 def updated(machine: Machine, x: Array, signals: Sequence[Signal], time: float, due: Ints) -> Array:
     """The state after the clocks ``due`` have gone off, one after the other."""
-    u, s = np.array([float(signal.at(np.array(time))) for signal in signals]), np.zeros(len(machine.switches))
+    u, s = _asked(machine, signals, time)
     x, nx = x.copy(), len(machine.kernel.states)
     for clock in due:
         new = machine.call("updates", x[:nx], u, s)[clock]
         x[nx - len(new) : nx] = new
     return x
+
+
+def _asked(machine: Machine, signals: Sequence[Signal], time: float) -> tuple[Array, Array]:
+    """Inputs at a sample; the modes, which no sampled law reads."""
+    return np.array([float(signal.at(np.array(time))) for signal in signals]), np.zeros(len(machine.switches))
 
 
 def updated_slopes(
@@ -59,7 +64,7 @@ def updated_slopes(
 
     ``slopes`` (nx, q). Where a limit is reached the law has slope zero; the instants themselves are given.
     """
-    u, s = np.array([float(signal.at(np.array(time))) for signal in signals]), np.zeros(len(machine.switches))
+    u, s = _asked(machine, signals, time)
     nx, q, clocks = len(machine.kernel.states), len(which), len(machine.clocks)
     slopes = slopes.copy()
     for clock in due:
