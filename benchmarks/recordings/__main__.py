@@ -78,7 +78,7 @@ def row(rig: Rig) -> Row:
     result: Diagnosis | SymdynError
     try:
         robot = rig.robot()
-        result = diagnose(robot, *rig.runs(robot, datasets() / rig.folder))
+        result = diagnose(robot, *rig.runs(robot, datasets() / rig.folder), hold=rig.hold)
     except SymdynError as error:
         result = error
     return Row(rig, result, time.process_time() - start)

@@ -35,6 +35,7 @@ class Rig:
     split: str
     published: str  # what the sources say is there
     joints: int = 1
+    hold: tuple[str, ...] = ()  # what the model is right about
     remark: str = ""  # what a reader must know of the model or of the recording
 
     def robot(self) -> Robot:

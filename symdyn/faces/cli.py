@@ -300,7 +300,8 @@ def diagnose(
             "--hold",
             metavar="NAME",
             help="A parameter that the model is right about, and no fit moves ('*' stands for anything); repeatable. "
-            "With all of them held, what is found is what has changed since the model was fitted: a payload, say.",
+            "With all of them held, what is found is what has changed since the model was fitted: a payload, say. "
+            "'gravity': as the model has it.",
         ),
     ] = None,
     json: Json = False,

@@ -16,6 +16,7 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import DHRow, Monomial, Place, PlaceKind, Robot
 
+GRAVITY = "gravity"  # what no fit moves, but a diagnosis may doubt
 AT = 1e-6  # of a bound, within which a fit ends there
 
 
@@ -137,14 +138,14 @@ def fitted_parameters(robot: Robot, scaled: bool = True) -> tuple[str, ...]:
     return tuple(p.name for p in robot.parameters if p.name in names)
 
 
-def held_parameters(robot: Robot, patterns: Sequence[str]) -> frozenset[str]:
-    """Those of a fit that it shall not move, by name; ``*`` stands for anything.
+def held_parameters(robot: Robot, names: Sequence[str], patterns: Sequence[str]) -> frozenset[str]:
+    """Those of the ``names`` that a fit may move which it shall not: ``*`` stands for any, but gravity has to be named.
 
     UsageError (SD010) for a pattern that means none.
     """
-    names, held = fitted_parameters(robot), set()
+    held: set[str] = set()
     for pattern in patterns:
-        meant = [name for name in names if fnmatchcase(name, pattern)]
+        meant = [name for name in names if fnmatchcase(name, pattern)] + [GRAVITY] * (pattern == GRAVITY)
         if not meant:
             hint = did_you_mean(pattern, names, "parameters that a fit moves")
             raise UsageError(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.compiler import parametric_kernel, robot_from_text
-from symdyn.numeric.candidates import bounds
+from symdyn.numeric.candidates import GRAVITY, bounds
 from symdyn.numeric.explanation import SPREAD, Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
@@ -27,10 +27,12 @@ from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
+from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
+LITTLE = 0.1  # part of gravity: that much may be left where a weight is balanced
 FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
 FOUND = "found by symdyn diagnose"
 
@@ -80,7 +82,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         after=after,
         per_joint={joint: Errors(float(a), float(b)) for joint, a, b in per_joint},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *told, *_absorbing(case, final)))),
+        alarms=tuple(dict.fromkeys((*alarms, *told, *_weightless(first.robot, case, final), *_absorbing(case, final)))),
         band=case.bench.band.cutoff if case.bench.band else 0.0,
         training=training,
         heldout=heldout,
@@ -147,6 +149,20 @@ def _absorbing(case: Case, final: Explanation) -> list[str]:
         for schema in case.bounded(candidate, final):
             told.append(f"{schema.name} of {candidate.label} ran to its bound: it may be absorbing missing structure")
     return told
+
+
+def _weightless(given: Robot, case: Case, final: Explanation) -> list[str]:
+    """Gravity that all but vanished: what was found says so of the arm's own weight, not of what it carries."""
+    names = [name for r in case.revised if r.effect == GRAVITY for name in r.names.values()]
+    numbers = {p.name: p.value for p in given.parameters}
+    before = math.hypot(*(value_of(m, numbers) or 0.0 for m in given.gravity))
+    after = math.hypot(*(float(final.fit.p[case.bench.index[name]]) for name in names))
+    if not names or not after < LITTLE * before:
+        return []
+    return [
+        f"{100 * after / before:.0f} % of gravity is left: the arm is balanced, or its efforts leave its weight out; "
+        f"where gravity is known to act, hold it (`--hold {GRAVITY}`): what carries the weight is looked for then"
+    ]
 
 
 def _traces(

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from symdyn.base.errors import InputError, Problem, UsageError
-from symdyn.numeric.candidates import held_parameters
+from symdyn.base.errors import InputError
+from symdyn.numeric.candidates import fitted_parameters, held_parameters
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, ready
@@ -66,19 +66,15 @@ def diagnose(
 
     Raises InputError when the recordings do not measure what the model's equations need, or do not go
     together; BadRecording when their mismatch is that of a recording, not of a machine; NumericalError
-    when the model as given cannot be fitted; UsageError (SD010) for a pattern that names no parameter, and where
-    joints are hidden, of which a filter fits all.
+    when the model as given cannot be fitted; UsageError (SD010) for a pattern that names no parameter.
     """
-    fixed = held_parameters(robot, hold)
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
         if has_hidden_parts(robot, fitted):
             from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
-            if fixed:
-                message = f"parameters of '{robot.name}' cannot be held: the recording leaves parts of it hidden"
-                raise UsageError(Problem("SD010", message))
-            return diagnose_hidden(robot, fitted, judge, progress)
+            return diagnose_hidden(robot, fitted, judge, progress, hold)
+        fixed = held_parameters(robot, fitted_parameters(robot), hold)
         return _diagnose(robot, fitted, judge, band, fixed, progress)
 
 

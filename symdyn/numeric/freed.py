@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError
 from symdyn.compiler import parametric_kernel, robot_from_text
-from symdyn.numeric.explanation import SPECK, Revised
-from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.candidates import GRAVITY
+from symdyn.numeric.explanation import CERTAIN, SPECK, Revised
+from symdyn.numeric.findings import Estimate
+from symdyn.numeric.inquiry import Inquiry, estimates
 from symdyn.numeric.regression import fit_linear
 from symdyn.numeric.setting import Setting
 from symdyn.numeric.workbench import Workbench
@@ -24,7 +26,7 @@ from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
-GRAVITY, PAYLOAD = "gravity", "payload"
+PAYLOAD = "payload"
 AXES = ("x", "y", "z")
 COM = tuple(f"com_{axis}" for axis in AXES)
 STRONGEST = 30.0  # m/s^2, three times that of Earth: masses may be given too small; beyond it takes up something else
@@ -56,7 +58,7 @@ class Numbers(Protocol):
     def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
         """Where a fit begins, if not at what is written, by what a linear one finds."""
 
-    def credible(self, fitted: Mapping[str, float]) -> bool:
+    def credible(self, fitted: Mapping[str, Estimate]) -> bool:
         """Whether a machine on Earth may have such numbers."""
 
 
@@ -82,8 +84,8 @@ class GravityVector:
     def started(self, robot: Robot, step: Array) -> Mapping[str, float]:
         return {}
 
-    def credible(self, fitted: Mapping[str, float]) -> bool:
-        return math.hypot(*fitted.values()) < STRONGEST
+    def credible(self, fitted: Mapping[str, Estimate]) -> bool:
+        return math.hypot(*(e.value for e in fitted.values())) < STRONGEST
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +113,10 @@ class PointPayload:
         mass = max(float(step[0]), LEAST_MASS * (value_of(link.mass, numbers) or 1.0))
         return {"mass": mass} | {name: float(first) / mass for name, first in zip(COM, step[1:], strict=True)}
 
-    def credible(self, fitted: Mapping[str, float]) -> bool:
-        return True
+    def credible(self, fitted: Mapping[str, Estimate]) -> bool:
+        """A moment without a mass is none: the fit goes to nothing, infinitely far away."""
+        mass = fitted["mass"]
+        return mass.se is not None and mass.value > CERTAIN * mass.se
 
 
 def numbers_of(effect: str, place: str) -> Numbers:
@@ -153,7 +157,7 @@ class Freed:
         case = setting.case(*inquiry.band)
         near = replace(current, fit=replace(current.fit, p=start))
         after = case.explain(current.found, near)
-        if not self.numbers.credible({what: float(after.fit.p[case.bench.index[n]]) for what, n in names.items()}):
+        if not self.numbers.credible(estimates(case, revised, after)):
             return None
         return replace(inquiry, setting=setting, case=case, current=after)
 
@@ -187,16 +191,20 @@ def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
 
 
 def missing_numbers(setting: Setting) -> list[Freed]:
-    """Those that can be asked for: gravity where a text says it, a payload where all masses of the last link are held.
+    """Those that can be asked for: gravity, where a text says it, and a payload on each link whose masses are held.
 
     One that is free takes up the mass of a payload without a trace.
     """
-    robot, last = setting.robot, setting.robot.joints[-1]
-    asked: list[Numbers] = [GravityVector()]
-    masses = [link.mass for link in (last.link, robot.tool.link if robot.tool else None) if link is not None]
-    free = {name for mass in masses for name, _ in mass.factors} & set(setting.own)
-    if not free and (PAYLOAD, last.name) not in {(e.type, e.at) for e in robot.effects}:
-        asked.append(PointPayload(last.name))
+    robot = setting.robot
+    asked: list[Numbers] = [] if GRAVITY in setting.held else [GravityVector()]
+    present = {(e.type, e.at) for e in robot.effects}
+    for joint in robot.joints:
+        masses = [joint.link.mass]
+        if joint is robot.joints[-1] and robot.tool is not None:
+            masses.append(robot.tool.link.mass)
+        free = {name for mass in masses for name, _ in mass.factors} & set(setting.own)
+        if not free and (PAYLOAD, joint.name) not in present:
+            asked.append(PointPayload(joint.name))
     found = []
     for numbers in asked:
         with suppress(InputError):  # no text says them

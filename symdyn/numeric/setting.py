@@ -41,6 +41,7 @@ class Setting:
     seen: Observation  # training, as its channels show it, without an analysis band
     readings: tuple[Reading, ...]  # of each joint
     revised: tuple[Revised, ...] = ()  # what readings and robot were told wrong
+    held: frozenset[str] = frozenset()  # what the model is right about
     _shown: dict[tuple[str, float], Observation] = field(default_factory=dict)  # by recording and band
 
     @property
@@ -123,7 +124,7 @@ def prepare(
     fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))
     own = tuple(name for name in fitted if name not in fixed)
     known = probes((*proposed, *(friction.law for friction in frictions(robot))))
-    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings)
+    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings, held=fixed)
 
 
 def _can_be_told(candidate: Candidate, seen: Observation, joints: Sequence[str]) -> bool:

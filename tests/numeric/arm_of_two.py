@@ -62,12 +62,14 @@ def run(
     by_load: float = 0.0,
     shown: tuple[float, float] = (1.0, 1.0),
     carried: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    mounted: tuple[float, float, float] = (0.0, 0.0, 0.0),
     shaken: float = 0.0,
 ) -> Recording:
     """A planar arm along sums of sines, its torques written by hand.
 
     The second encoder shows gain q + offset, the first one q + ``first``. The second joint has a ``rotor``, the first
-    one friction by load. Torques are ``shown`` times what they are. The second link carries (mass, x, y).
+    one friction by load. Torques are ``shown`` times what they are. The second link has ``carried``, the first
+    one ``mounted``: (mass, x, y).
     The second joint shakes at 8 Hz, by ``shaken`` rad.
     """
     rng = np.random.default_rng(seed)
@@ -92,6 +94,9 @@ def run(
     m22, h = m22 + mass * reach**2, h + mass * sideways
     g2 = GRAVITY * (M2 * R2 * np.cos(q.sum(axis=1)) + mass * reach * np.cos(q.sum(axis=1) + turn))
     g1 = (M1 * R1 + (M2 + mass) * L1) * GRAVITY * np.cos(q[:, 0]) + g2
+    piece, x, y = mounted
+    m11 = m11 + piece * (x**2 + y**2)
+    g1 = g1 + piece * GRAVITY * (x * np.cos(q[:, 0]) - y * np.sin(q[:, 0]))
     load = m11 * a[:, 0] + m12 * a[:, 1] - h * v[:, 1] * (2 * v[:, 0] + v[:, 1]) + g1
     tau1 = load + by_load * np.abs(load) * np.sign(v[:, 0]) + 0.3 * v[:, 0]
     tau2 = m12 * a[:, 0] + (m22 + rotor) * a[:, 1] + h * v[:, 0] ** 2 + g2 + 0.12 * v[:, 1]

@@ -7,15 +7,20 @@ import pytest
 
 from symdyn.base.errors import UsageError
 from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.numeric.candidates import fitted_parameters, held_parameters
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.findings import Estimate
+from symdyn.numeric.freed import PointPayload, missing_numbers
 from symdyn.numeric.identify import identify
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
+from symdyn.numeric.setting import prepare
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_parameter
 
 from .arm_of_two import ARM_OF_TWO, run
+from .pendulum import GRAVITY
 
 TRUE = {"m1": "1 kg", "m2": "0.8 kg", "r1": "0.2 m", "r2": "0.15 m", "I1": "0.02 kg m^2", "I2": "0.01 kg m^2"}
 
@@ -29,16 +34,18 @@ def known() -> str:
     return text
 
 
-def test_a_payload_is_weighed_where_the_model_is_held() -> None:
-    robot = robot_from_text(known(), "two.toml")
-    carried = (0.25, 0.12, 0.05)
-    found = diagnose(robot, run(1, carried=carried), run(2, carried=carried), hold=["*"])
-    assert [(f.effect, f.place) for f in found.findings] == [("payload", "two")]
+@pytest.mark.parametrize("place", ["two", pytest.param("one", marks=pytest.mark.slow)])
+def test_a_payload_is_weighed_where_the_model_is_held(place: str) -> None:
+    """Whichever link carries it."""
+    robot, true = robot_from_text(known(), "two.toml"), (0.25, 0.12, 0.05)
+    training, heldout = (run(i, carried=true) if place == "two" else run(i, mounted=true) for i in (1, 2))
+    found = diagnose(robot, training, heldout, hold=["*"])
+    assert [(f.effect, f.place) for f in found.findings] == [("payload", place)]
     told = found.findings[0].parameters
-    for name, true in zip(("mass", "com_x", "com_y"), carried, strict=True):
+    for name, value in zip(("mass", "com_x", "com_y"), true, strict=True):
         se = told[name].se
         assert se is not None
-        assert abs(told[name].value - true) < 4.0 * se < 0.1 * true
+        assert abs(told[name].value - value) < 4.0 * se < 0.1 * value
     assert not found.remaining.structured
     assert [e.type for e in found.diagnosed.effects].count("payload") == 1
 
@@ -50,6 +57,32 @@ def test_a_mass_that_takes_up_a_payload_is_suspect() -> None:
     assert (found.verdict, found.findings) == ("complete", ())
     suspect = [alarm for alarm in found.alarms if "absorbing" in alarm and alarm.startswith("m2 went from 0.7 to 3.")]
     assert len(suspect) == 1, found.alarms
+
+
+def test_a_moment_without_a_mass_is_no_payload() -> None:
+    """A fit goes there where something else weighs on one joint: to nothing, at any distance."""
+    told = {"mass": Estimate(1e-7, 4e-7, "kg"), "com_x": Estimate(5e4, None, "m")}
+    assert not PointPayload("two").credible(told)
+    assert PointPayload("two").credible(told | {"mass": Estimate(0.2, 0.01, "kg")})
+
+
+def test_gravity_is_doubted_unless_it_is_held() -> None:
+    """``*`` stands for the parameters of a fit alone: a base may have been mounted anew since."""
+    robot = robot_from_text(known(), "two.toml")
+    for hold, doubted in ((["*"], True), (["gravity"], False), (["*", "gravity"], False)):
+        setting = prepare(robot, run(1), run(2), lambda _: None, held_parameters(robot, fitted_parameters(robot), hold))
+        asked = {freed.key for freed in missing_numbers(setting)}
+        assert (("gravity", "base") in asked) is doubted
+        assert (("payload", "one") in asked) is ("*" in hold)
+
+
+@pytest.mark.slow
+def test_a_weight_that_is_not_felt_is_told() -> None:
+    """A model that weighs twenty times as much as the arm."""
+    heavy = known().replace(f"-{GRAVITY}", "-200.0")
+    found = diagnose(robot_from_text(heavy, "two.toml"), run(1), run(2), hold=["*"])
+    assert [f.effect for f in found.findings] == ["gravity"]
+    assert any(alarm.startswith("5 % of gravity is left") for alarm in found.alarms), found.alarms
 
 
 def test_nothing_is_found_where_nothing_changed() -> None:

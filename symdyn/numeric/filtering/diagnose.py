@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from symdyn.numeric.candidates import held_parameters
 from symdyn.numeric.filtering.afresh import afresh, relieved
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.discretisation import with_discretisation
@@ -17,9 +18,10 @@ from symdyn.numeric.filtering.explain import (
     step,
     without_effect,
 )
+from symdyn.numeric.filtering.hypotheses import free_parameters
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
-from symdyn.numeric.filtering.model import Model, prepare
+from symdyn.numeric.filtering.model import Model, holding, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
@@ -31,13 +33,17 @@ MAX_FINDINGS = 6
 NEEDED = 5.0  # nats that an earlier finding must still bring beside the later ones
 
 
-def diagnose_hidden(robot: Robot, training: Recording, heldout: Recording, progress: Progress) -> Diagnosis:
+def diagnose_hidden(
+    robot: Robot, training: Recording, heldout: Recording, progress: Progress, hold: Sequence[str] = ()
+) -> Diagnosis:
     """Explain what the model lacks, by the innovations of a Kalman filter on its emitted equations.
 
-    Raises InputError (SD520, SD521) when an input of the model was not recorded, or nothing that answers to it.
+    Raises InputError (SD520, SD521) when an input of the model was not recorded, or nothing that answers to it;
+    UsageError (SD010) when ``hold`` names a parameter that no fit moves.
     """
+    held = held_parameters(robot, free_parameters(robot), hold)
     progress(f"deriving and compiling {robot.name} with every hypothesis")
-    model = as_given = prepare(robot, training, heldout)
+    model = as_given = holding(prepare(robot, training, heldout), held)
     none, places = locate(model, progress)
     start = places[0].fit if places and places[0].gain > 0.0 else none
     given = current = explained(model, (), model.beliefs, start)

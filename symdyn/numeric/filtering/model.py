@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,6 +109,11 @@ def prepare(
         seen, kernel, proposed, latents(seen, kernel, proposed), _beliefs(seen, kernel),
         signals(seen, kernel, training), signals(seen, kernel, heldout), delays(kernel, proposed),
     )  # fmt: skip
+
+
+def holding(model: Model, held: Set[str]) -> Model:
+    """The same, with parameters that it is right about: no fit moves what nothing is believed of."""
+    return replace(model, beliefs={name: belief for name, belief in model.beliefs.items() if name not in held})
 
 
 def without_latent(model: Model, signals: Signals) -> Noise:

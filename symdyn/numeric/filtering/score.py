@@ -81,7 +81,7 @@ class Left:
     @classmethod
     def of(cls, bench: FilterBench, p: Array, own: Sequence[str]) -> Left:
         done = bench.filtered(p, tuple(own))
-        basis = _basis(whitened(done).reshape(-1, len(own)))
+        basis = _basis(whitened(done).reshape(done.white.size, len(own)))
         residual = done.white.ravel()
         return cls(residual - basis @ (basis.T @ residual), basis)
 

@@ -67,7 +67,8 @@ def with_shaft(
     for name, i in names.items():
         if name in index:
             p[i] = current.fit.p[index[name]]
-    beliefs = dict(model.beliefs)
+    free = {*current.beliefs, new.stiffness, new.damping}
+    beliefs = {name: belief for name, belief in model.beliefs.items() if name in free}
     beliefs |= {name: belief for name, belief in current.beliefs.items() if name in names}
     noise = without_latent(model, model.training)
     latent = next(x for x in model.latents if x.place == joint.name)

@@ -82,6 +82,10 @@ unit = "V"
 """
 
 R, L, K_T, K_E, J_M, J_L, B, K_W = 1.6, 0.4e-3, 0.085, 0.08, 8e-5, 3.5e-4, 3e-4, 0.03  # the truth
+TRUE = {
+    "R": f"{R} Ohm", "L": f"{L} H", "K_T": f"{K_T} N m/A", "K_E": f"{K_E} V s/rad",
+    "J_m": f"{J_M} kg m^2", "J_l": f"{J_L} kg m^2", "b": f"{B} N m s/rad",
+}  # fmt: skip
 STEP, FINE, DURATION = 2e-3, 100, 6.0
 
 

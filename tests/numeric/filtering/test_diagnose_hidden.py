@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.base.errors import UsageError
+from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Diagnosis, Verdict
+from symdyn.spec.edit import set_parameter
 from symdyn.spec.records import Robot
-from tests.numeric.filtering.drive import J_L, J_M, record
+from tests.numeric.filtering.drive import J_L, J_M, TRUE, record
 
 
 def diagnosed(robot: Robot, folder: Path, **concealed: float) -> Diagnosis:
@@ -131,3 +134,43 @@ def test_a_weight_beside_the_axis_is_no_ripple(robot: Robot, tmp_path: Path) -> 
     inertia = found.model["J_m"].value + found.model["J_l"].value + values["mass"] * values["eccentricity"] ** 2
     assert 9.81 * values["mass"] * values["eccentricity"] / inertia == pytest.approx(0.02 / (J_M + J_L), rel=0.03)
     assert abs(values["phase"]) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("concealed", "named"),
+    [({"coulomb": 0.03}, ["coulomb_friction"]), pytest.param({}, [], marks=pytest.mark.slow)],
+)
+def test_what_has_changed_since_the_model_was_fitted(
+    robot: Robot, tmp_path: Path, concealed: dict[str, float], named: list[str]
+) -> None:
+    """All its numbers are right, and held: a torque is told as sharply as the torque constant is known."""
+    text = robot.text
+    for name, value in TRUE.items():
+        text = set_parameter(text, robot, name, value)
+    runs = [record(tmp_path / f"{seed}.csv", robot, seed, **concealed) for seed in (1, 2)]
+    found = diagnose(robot_from_text(text, "drive.toml"), *runs, hold=["*"])
+    assert [f.effect for f in found.findings] == named
+    assert found.model == {}
+    assert not found.remaining.structured
+    if named:
+        level = found.findings[0].parameters["level"]
+        assert level.se is not None
+        assert abs(level.value - 0.03) < 3.0 * level.se < 0.1 * 0.03  # eight times that beside free ones
+
+
+@pytest.mark.slow  # compiles the machine with a shaft in it
+def test_a_shaft_is_found_beside_numbers_that_are_held(robot: Robot, tmp_path: Path) -> None:
+    runs = [record(tmp_path / f"{seed}.csv", robot, seed, stiffness=1.0) for seed in (1, 2)]
+    found = diagnose(
+        robot_from_text(robot.text.replace("0.08 N m/A", "0.085 N m/A"), "drive.toml"), *runs, hold=["K_*"]
+    )
+    assert [f.effect for f in found.findings] == ["joint_compliance"]
+    assert not {"K_T", "K_E"} & set(found.model)
+    assert "R" in found.model
+
+
+def test_a_parameter_that_no_filter_fits_cannot_be_held(robot: Robot, tmp_path: Path) -> None:
+    run = record(tmp_path / "1.csv", robot, 1)
+    with pytest.raises(UsageError, match="moves a parameter `K_X`") as error:
+        diagnose(robot, run, run, hold=["K_X"])
+    assert "K_T" in (error.value.problems[0].hint or "")
