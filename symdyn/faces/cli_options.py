@@ -34,7 +34,7 @@ Limits = Annotated[
     list[str] | None,
     typer.Option(
         "--limits",
-        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=.. in SI units, for --experiment; repeatable. "
+        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=..,input=.. in SI units, for --experiment; repeatable. "
         "Default: the model's; else what the recording visited.",
     ),
 ]  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from symdyn.faces.console import err, out, print_json, print_table, status
 from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.faces.recordings import open_recording
 from symdyn.numeric.experiment.limits import Visited, experiment_limits, read_limits, visited
+from symdyn.numeric.experiment.motions import Motion
 from symdyn.numeric.experiment.next_experiment import Plan, Planned, after_diagnosis, between_models, for_parameters
 from symdyn.numeric.experiment.separation import Noise
 from symdyn.numeric.findings import Diagnosis
@@ -107,15 +108,21 @@ def check_plan(plan: Plan) -> None:
 
 def written(planned: Planned, robot: Robot, path: Path | None) -> Planned:
     """The plan, with its trajectory written as CSV where there is one and a path is given."""
-    if planned.motion is None or path is None:
+    columns = planned.columns
+    if planned.motion is not None:
+        columns = _of_motion(planned.motion, robot)
+    if columns is None or path is None:
         return planned
-    names = tuple(joint.name for joint in robot.joints)
-    units = tuple("m" if joint.kind is JointKind.PRISMATIC else "rad" for joint in robot.joints)
     buffer = io.StringIO()
-    table = pd.DataFrame(dict(planned.motion.table(names, units)))
-    table.to_csv(buffer, index=False, float_format="%.9g", lineterminator="\n")
+    pd.DataFrame(dict(columns)).to_csv(buffer, index=False, float_format="%.9g", lineterminator="\n")
     write_atomically(path, buffer.getvalue())
     return replace(planned, told=replace(planned.told, file=str(path)))
+
+
+def _of_motion(motion: Motion, robot: Robot) -> Mapping[str, Array]:
+    names = tuple(joint.name for joint in robot.joints)
+    units = tuple("m" if joint.kind is JointKind.PRISMATIC else "rad" for joint in robot.joints)
+    return motion.table(names, units)
 
 
 def facts(planned: Planned, plan: Plan) -> dict[str, Any]:

@@ -15,18 +15,19 @@ from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
-FIELDS = ("lower", "upper", "velocity", "acceleration", "effort")
+FIELDS = ("lower", "upper", "velocity", "acceleration", "effort", "input")
 
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """Range, top speed, acceleration and effort of one joint, in SI units."""
+    """Range, top speed, acceleration, effort and input (a motor's voltage, say) of one joint, in SI units."""
 
     lower: float
     upper: float
     velocity: float
     acceleration: float = math.inf
     effort: float = math.inf
+    input: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,8 @@ def experiment_limits(robot: Robot, given: Mapping[str, Mapping[str, float]], se
             missing.append(f"{', '.join(lacking)} of {joint.name}")
             continue
         limits = JointLimits(**known)
-        if not (limits.lower < limits.upper and min(limits.velocity, limits.acceleration, limits.effort) > 0):
+        sizes = (limits.velocity, limits.acceleration, limits.effort, limits.input)
+        if not (limits.lower < limits.upper and min(sizes) > 0):
             raise UsageError(Problem("SD330", f"the limits of `{joint.name}` leave no motion: {limits}"))
         found.append(limits)
     if missing:

@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.experiment.limits import JointLimits, Limits
+from symdyn.numeric.experiment.waveforms import Three, brought_in, fourier_series, triangle
 
 Array = NDArray[np.float64]
-Three = tuple[Array, Array, Array]  # a signal (N,) with its first two derivatives
 
 HARMONICS = 5  # of the Fourier series (Swevers, Ganseman, Tuekel, De Schutter, Van Brussel 1997)
 FEWER = 3  # for arms with many joints: each joint's motion helps to excite the others
 MOST_SWEEPS = 20.0  # to and fro
 MOST_PERIODS = 8.0  # of the fundamental
-BLEND = 0.12  # of a phase: the time in which its motion is brought in from rest, and out
-TURN = 0.15  # of a sweep's half period: the time in which it turns round
 EDGE = 0.9  # how near to its limits a joint's centre may lie
 SLACK = 1e-3  # of each limit is left, since peaks lie between samples
 LEAST_SHARE, MOST_SHARE = 0.1, 0.9  # of the time that the sweeps take
@@ -78,62 +76,14 @@ class Family:
             half = (limits.upper - limits.lower) / 2
             centre = (limits.upper + limits.lower) / 2 + EDGE * half * (2 * own[0] - 1)
             room = min(limits.upper - centre, centre - limits.lower)
-            sweep = _brought_in(_triangle(time[first], MOST_SWEEPS ** own[2] / sweeping), time[first], sweeping)
-            series = _series(time[~first] - sweeping, frequency, own[4:].reshape(2, -1))
-            series = _brought_in(series, time[~first] - sweeping, rest)
+            sweep = brought_in(triangle(time[first], MOST_SWEEPS ** own[2] / sweeping), time[first], sweeping)
+            series = fourier_series(time[~first] - sweeping, frequency, own[4:].reshape(2, -1))
+            series = brought_in(series, time[~first] - sweeping, rest)
             for part, shape, travel in ((first, sweep, own[1]), (~first, series, own[3])):
                 amplitude = scale * _largest(shape, travel * room, limits)
                 signals[:, part, j] = amplitude * np.stack(shape)
             signals[0, :, j] += centre
         return Motion(time, *signals)
-
-
-def _series(time: Array, frequency: float, coefficients: Array) -> Three:
-    """A finite Fourier series; ``coefficients`` (2, H) of cosines and sines, from 0 to 1 for -1 to 1."""
-    a, b = 2.0 * coefficients - 1.0
-    omega = 2.0 * np.pi * frequency * np.arange(1, len(a) + 1)
-    angle = np.outer(time, omega)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return (
-        cosine @ a + sine @ b,
-        sine @ (-a * omega) + cosine @ (b * omega),
-        -(cosine @ (a * omega**2) + sine @ (b * omega**2)),
-    )
-
-
-def _triangle(time: Array, frequency: float) -> Three:
-    """To and fro at constant speed; each turn is a smooth step of the speed. From the centre upwards."""
-    half = 0.5 / frequency  # a turn, and the run after it
-    turn = TURN * half
-    shifted = time + (half + turn) / 2  # since the beginning of a turn
-    number = np.floor(shifted / half)
-    since = shifted - number * half
-    step, rate, integral = _smooth(np.clip(since / turn, 0.0, 1.0))
-    turning = since < turn
-    along = np.where(turning, turn * 2.0 * integral - since, since - turn)  # a turn ends where it began
-    sign = np.where(number % 2 == 0, 1.0, -1.0)
-    return (
-        sign * (along - (half - turn) / 2),
-        sign * (2.0 * step - 1.0),
-        sign * np.where(turning, 2.0 * rate / turn, 0.0),
-    )
-
-
-def _smooth(u: Array) -> Three:
-    """The quintic step from 0 to 1, its rate, and its integral from 0."""
-    step = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-    return step, 30.0 * u**2 * (1.0 - u) ** 2, u**4 * (2.5 - 3.0 * u + u**2)
-
-
-def _brought_in(shape: Three, time: Array, duration: float) -> Three:
-    """The shape times an envelope that starts and ends at zero with zero rate and zero curvature."""
-    blend = BLEND * duration
-    u = np.clip(np.minimum(time, duration - time) / blend, 0.0, 1.0)
-    sign = np.where(time < duration / 2, 1.0, -1.0)
-    w, rate, _ = _smooth(u)
-    w1, w2 = sign * rate / blend, 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / blend**2
-    x, x1, x2 = shape
-    return w * x, w * x1 + w1 * x, w * x2 + 2.0 * w1 * x1 + w2 * x
 
 
 def _largest(shape: Three, travel: float, limits: JointLimits) -> float:

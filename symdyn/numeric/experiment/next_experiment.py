@@ -19,6 +19,7 @@ from symdyn.numeric.experiment.motions import Family, Motion
 from symdyn.numeric.experiment.searching import feasible
 from symdyn.numeric.experiment.separation import Noise
 from symdyn.numeric.experiment.words import hidden_words, identifying_words, separation_words
+from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, NextExperiment
 from symdyn.numeric.fitting import joint_weight
 from symdyn.numeric.observation import Observation, observe
@@ -39,13 +40,17 @@ DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band, as in
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Planned:
-    """``told`` is what a diagnosis says of it; ``motion`` None where none could be designed."""
+    """``told`` is what a diagnosis says of it; ``motion`` None where none could be designed.
+
+    Of a machine with hidden parts it is an input instead: ``columns`` by name with unit.
+    """
 
     told: NextExperiment
     limits: Limits | None = None
     motion: Motion | None = None
     design: Design | None = None
     identifying: Identifying | None = None
+    columns: Mapping[str, Array] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +101,11 @@ def after_diagnosis(
     Noise is what the diagnosed model leaves in the analysis band, limits those given, the robot's, or what the
     recording visited. None where the diagnosis left no such question.
     """
+    if has_hidden_parts(diagnosis.robot, training):
+        from symdyn.numeric.filtering.next_input import next_input  # compiles the filter as it is imported
+
+        found = next_input(diagnosis, training, given, plan.duration, plan.seed, progress)
+        return None if found is None else Planned(found.told, columns=found.columns)
     pair = _question(diagnosis)
     if pair is None:
         return None

@@ -209,7 +209,8 @@ def fitted(
     begin: Callable[[Score], MLFit] | None = None,
     end: Callable[[MLFit, Beliefs], MLFit] | None = None,
 ) -> tuple[Step, ...]:
-    """Each of them on top of an explanation; those that came near the likeliest are fitted to the end and judged.
+    """Each of them on top of an explanation; those that came near the likeliest, or were expected to, are fitted to
+    the end and judged.
 
     ``begin`` fits one roughly, by default from where the explanation stands; ``end`` to the end.
     """
@@ -234,10 +235,11 @@ def fitted(
     rough = list(zip(promising, side_by_side(roughly, promising), strict=True))
     worth = [current.fit.loss - found.loss - price(model, score.candidate) for score, found in rough]
     best, most = rough[int(np.argmax(worth))][0], max(worth)
+    expected = max(score.gain for score in promising) - WORTH  # of what a rough fit alone may have put behind
     near = [
         (score, found)
         for (score, found), gained in zip(rough, worth, strict=True)
-        if gained >= most - (1.0 - LIKELY) * abs(most) or _contains(best, score)
+        if gained >= most - (1.0 - LIKELY) * abs(most) or score.gain > expected or _contains(best, score)
     ]
     return tuple(side_by_side(closely, near))
 

@@ -105,16 +105,23 @@ class Concealed:
     lag: float = 0.0  # s, of the tachometer
 
 
-def record(path: Path, robot: Robot, seed: int, **concealed: float) -> Recording:
-    """Semi-implicit Euler at 20 us; Coulomb friction brakes to a stop within a step, and never beyond."""
+def record(
+    path: Path, robot: Robot, seed: int, applied_voltage: Array | None = None, size: float = 1.0, **concealed: float
+) -> Recording:
+    """Semi-implicit Euler at 20 us; Coulomb friction brakes to a stop within a step, and never beyond.
+
+    The voltage is ``applied_voltage`` (N,), or waves of that ``size``.
+    """
     c = Concealed(**concealed)
     rng = np.random.default_rng(seed)
-    count = round(DURATION / STEP)
+    count = round(DURATION / STEP) if applied_voltage is None else len(applied_voltage)
     time = np.arange(count) * STEP
     waves = [
         (a, f, rng.uniform(0, 2 * np.pi)) for a, f in ((2.0, 0.5), (2.0, 1.3), (1.5, 2.9), (1.0, 6.1), (1.0, 12.7))
     ]
-    u = sum(a * np.sin(2 * np.pi * f * time + phase) for a, f, phase in waves)
+    u = size * sum(a * np.sin(2 * np.pi * f * time + phase) for a, f, phase in waves)
+    if applied_voltage is not None:
+        u = applied_voltage
     h = STEP / FINE
     current, x, v, load, load_speed, bristle, shown = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     table = np.zeros((count, 3))
