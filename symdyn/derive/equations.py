@@ -200,8 +200,10 @@ def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment,
         if joint.passive:
             continue
         symbol = symbols.control(i)
-        own = next(c for c in axes if c.address == joint.name)
-        effort, unit, name = sp.sympify(symbol), own.effort_unit, f"{joint.name}.effort"
+        acts_on = joint.drive.effort_at if joint.drive is not None else ""
+        address = f"{joint.name}.{acts_on}" if acts_on else joint.name
+        own = next(c for c in axes if c.address == address)
+        effort, unit, name = sp.sympify(symbol), own.effort_unit, f"{address}.effort"
         if joint.name in driven:
             effort, unit = sp.Integer(0), driven[joint.name].effect.input_unit() or ""
             name = f"{driven[joint.name].address}.voltage"
@@ -211,7 +213,7 @@ def _inputs(robot: Robot, axes: tuple[Coordinate, ...], items: tuple[Attachment,
         elif joint.actuator is not None:
             effort, unit = expression(joint.actuator.gain) * symbol, joint.actuator.input_unit
             name = f"{joint.name}.input"
-        for stage in (item for item in items if item.address == joint.name):
+        for stage in (item for item in items if item.address == address):
             effort = stage.effect.amplified(stage.values, stage.states, effort) or effort
         force = tuple(effort if c is own else sp.Integer(0) for c in axes)
         found.append(Input(symbol, name, unit, force))

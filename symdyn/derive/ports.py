@@ -187,7 +187,8 @@ def _through_amplifiers(found: list[Attachment]) -> list[Attachment]:
 
 def _check_stages(found: list[Attachment], robot: Robot, motors: set[str]) -> None:
     """What works on the effort of a joint needs one that comes from an input; a loop must not feed back at once."""
-    undriven = motors | {joint.name for joint in robot.joints if joint.passive}
+    elsewhere = {joint.name for joint in robot.joints if joint.passive or (joint.drive and joint.drive.effort_at)}
+    undriven = motors | elsewhere
     quick = {motor for joint in robot.joints if (motor := _quick_circuit(joint)) is not None}
     for i in found:
         where = next((e.where for e in robot.effects if (e.type, e.at) == (i.effect.identifier, i.address)), None)

@@ -34,8 +34,8 @@ Limits = Annotated[
     list[str] | None,
     typer.Option(
         "--limits",
-        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=..,input=.. in SI units, for --experiment; repeatable. "
-        "Default: the model's; else what the recording visited.",
+        help="JOINT:lower=..,upper=..,velocity=..,acceleration=..,effort=..,input=.. in SI units, for --experiment; "
+        "repeatable. Default: the model's; else what the recording visited.",
     ),
 ]  # fmt: skip
 Duration = Annotated[float, typer.Option("--duration", "-t", help="Seconds of the experiment.")]

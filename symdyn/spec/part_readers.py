@@ -46,8 +46,8 @@ def read_link(table: LinkTable, path: KeyPath, owner: str, numbers: NumberReader
     return Link(mass, (cx, cy, cz), (xx, yy, zz, xy, xz, yz), InertiaAbout(table.inertia.about))
 
 
-def read_actuator(table: ActuatorTable, joint: JointContext) -> Actuator:
-    units = gain_units(joint.motion)
+def read_actuator(table: ActuatorTable, joint: JointContext, at_rotor: bool) -> Actuator:
+    units = gain_units(Motion.ROTATIONAL if at_rotor else joint.motion)
     slot = Slot(
         (*joint.path, "actuator", "gain"), (joint.name,), "actuator_gain", units[0], "G", f"drive gain of {joint.name}"
     )
@@ -67,9 +67,11 @@ def read_drive(table: DriveTable, joint: JointContext) -> Drive:
         tuple(_read_rotor(rotor, (*path, "rotors", i), joint) for i, rotor in enumerate(table.rotors)),
         tuple(_read_shaft(shaft, (*path, "shafts", i), joint) for i, shaft in enumerate(table.shafts)),
         _read_motor(table.motor, (*path, "motor"), joint) if table.motor is not None else None,
+        table.effort_at or "",
     )
     if _ends_exist(drive, path, joint):
         _check_connected(drive, path, joint)
+        _check_effort(drive, path, joint)
     return drive
 
 
@@ -139,11 +141,29 @@ def _ends_exist(drive: Drive, path: KeyPath, joint: JointContext) -> bool:
             )
     if drive.motor is not None:
         named.append(((*path, "motor", "at"), drive.motor.at))
+    if drive.effort_at:
+        named.append(((*path, "effort_at"), drive.effort_at))
     unknown = [(end_path, end) for end_path, end in named if end not in ends]
     for end_path, end in unknown:
         hint = did_you_mean(end, ends, "rotors")
         joint.numbers.findings.error(end_path, "SD104", f"no rotor {quoted(end)} in this drive", hint)
     return not unknown
+
+
+def _check_effort(drive: Drive, path: KeyPath, joint: JointContext) -> None:
+    """What the effort acts on turns by itself, and nothing else drives it."""
+    if not drive.effort_at:
+        return
+    told = "", ""
+    if drive.motor is not None:
+        told = "the motor supplies the effort, where it stands", "leave out `effort_at`, or the motor"
+    elif all(rotor.name != drive.effort_at or rotor.fixed_to_joint for rotor in drive.rotors):
+        told = (
+            f"{quoted(drive.effort_at)} has no coordinate of its own",
+            "leave out `effort_at`: it moves with the joint",
+        )
+    if told[0]:
+        joint.numbers.findings.error((*path, "effort_at"), "SD111", *told)
 
 
 def _check_connected(drive: Drive, path: KeyPath, joint: JointContext) -> None:

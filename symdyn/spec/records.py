@@ -163,12 +163,16 @@ class Motor:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A drive train: rotors and shafts in motor-side coordinates, ``ratio`` motor turns per joint turn."""
+    """A drive train: rotors and shafts in motor-side coordinates, ``ratio`` motor turns per joint turn.
+
+    ``effort_at``: the rotor on which the effort of a joint without a motor acts; "": on the joint itself.
+    """
 
     ratio: Monomial
     rotors: tuple[Rotor, ...]
     shafts: tuple[Shaft, ...]
     motor: Motor | None
+    effort_at: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -160,6 +160,7 @@ class DriveTable(_Table):
     rotors: list[RotorTable] = []
     shafts: list[ShaftTable] = []
     motor: MotorTable | None = None
+    effort_at: Text | None = None
 
 
 class ActuatorTable(_Table):

@@ -110,16 +110,20 @@ def _read_tool(table: ToolTable, numbers: NumberReader) -> Tool:
 
 def _read_joint(table: JointTable, path: KeyPath, name: str, frame: JointFrame, numbers: NumberReader) -> Joint:
     context = JointContext(path, name, motion_of(frame.kind), numbers)
-    if table.passive and (table.actuator is not None or (table.drive is not None and table.drive.motor is not None)):
+    effort_at = table.drive.effort_at if table.drive is not None else None
+    motor = table.drive.motor if table.drive is not None else None
+    if table.passive and not (table.actuator is None and motor is None and effort_at is None):
         message = f"{quoted(table.name)} is passive, but has something that drives it"
-        numbers.findings.error((*path, "passive"), "SD111", message, "leave out `passive`, or the motor or actuator")
+        numbers.findings.error(
+            (*path, "passive"), "SD111", message, "leave out `passive`, or the motor, actuator or `effort_at`"
+        )
     return Joint(
         table.name,
         frame.kind,
         frame.placement,
         read_link(table.link, (*path, "link"), name, numbers),
         read_drive(table.drive, context) if table.drive is not None else None,
-        read_actuator(table.actuator, context) if table.actuator is not None else None,
+        read_actuator(table.actuator, context, effort_at is not None) if table.actuator is not None else None,
         read_limits(table.limits, context) if table.limits is not None else None,
         table.description,
         table.passive,

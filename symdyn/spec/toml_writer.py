@@ -159,6 +159,8 @@ class _Writer:
         for key, items in (("rotors", rotors), ("shafts", shafts)):
             if items:
                 lines += [f"{key} = [", *(f"  {item}," for item in items), "]"]
+        if drive.effort_at:
+            lines.append(f"effort_at = {_quote(drive.effort_at)}")
         if drive.motor is not None:
             m = drive.motor
             constants = ("resistance", "inductance", "torque_constant", "back_emf_constant")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from itertools import product
 
@@ -12,6 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mpmath import mpf, workdps
 
+from symdyn.base.errors import InputError
 from symdyn.base.nonsmooth import deadzone, outside, pushing, sign_of
 from symdyn.base.symbols import parameter
 from symdyn.compiler import robot_from_text
@@ -87,6 +89,22 @@ def test_two_inertias_and_a_compliant_shaft(kind: JointKind, moved: sp.Expr) -> 
     at_motor, at_joint = residuals(driven(BELT, kind=kind))
     assert sp.simplify(at_motor - (J_m * a1 - K_T * z1 - TORQUE)) == 0
     assert sp.simplify(at_joint - (moved * a2 + N * TORQUE)) == 0
+
+
+@pytest.mark.parametrize(("kind", "moved"), [(JointKind.REVOLUTE, I_zz), (JointKind.PRISMATIC, M)])
+def test_an_effort_behind_a_compliant_shaft(kind: JointKind, moved: sp.Expr) -> None:
+    """Spong's elastic joint: the torque acts on the rotor alone, which is a turning one on a slide, too."""
+    robot = driven(replace(BELT, motor=None, effort_at="motor"), kind=kind)
+    at_motor, at_joint = residuals(robot)
+    assert sp.simplify(at_motor - (J_m * a1 - u1 - TORQUE)) == 0
+    assert sp.simplify(at_joint - (moved * a2 + N * TORQUE)) == 0
+    assert [(i.name, i.unit) for i in equations_of_motion(robot).inputs] == [("arm.motor.effort", "N m")]
+
+
+def test_a_limit_of_the_joint_is_none_of_an_effort_at_its_rotor() -> None:
+    limit = effect("effort_saturation", "arm", limit="S")
+    with pytest.raises(InputError, match="no input is the effort of this joint"):
+        equations_of_motion(driven(replace(BELT, motor=None, effort_at="motor"), (limit,)))
 
 
 @pytest.mark.parametrize("kind", JointKind)

@@ -103,6 +103,8 @@ WRONG = [
     ('resistance = "1.6 Ohm"', "resistance = -1", "SD203", 25, 56, "must not be negative"),
     ("[joint.drive]", "actuator = { gain = 3 }\n[joint.drive]", "SD221", 21, 21, '"3 N m/V" or "3 N m/A"'),
     ("[joint.drive]", 'actuator = { gain = "3 N/V" }\n[joint.drive]', "SD221", 21, 21, "torque per voltage (N m/V)"),
+    ("ratio = 100", 'ratio = 100\neffort_at = "mtor"', "SD104", 23, 13, "did you mean `motor`?"),
+    ("ratio = 100", 'ratio = 100\neffort_at = "motor"', "SD111", 23, 13, "leave out `effort_at`, or the motor"),
     # inertia
     (ZZ, "zz = -90", "SD214", 15, 8, "negative about joint `shoulder` in every pose"),
     # effects

@@ -38,7 +38,12 @@ kind = "prismatic"
 placement = { rotation = [[0.6, 0, 0.8], [0, 1, 0], [-0.8, 0, 0.6]] }
 limits = { effort = "3 kN" }
 link = { mass = 1 }
-actuator = { gain = "2.5 N/A" }
+actuator = { gain = "2.5 N m/A" }
+[joint.drive]
+ratio = "300 rad/m"
+rotors = [{ name = "screw", inertia = 1e-4 }]
+shafts = [{ name = "belt", from = "screw", to = "joint", stiffness = 3, damping = 0.1 }]
+effort_at = "screw"
 
 [tool]
 placement = { xyz = [0.1, 0, 0], rpy = [0, 0, 0.4] }

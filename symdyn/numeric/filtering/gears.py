@@ -52,11 +52,13 @@ def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
 
 
 def motor_rotor(joint: Joint) -> str | None:
-    """The rotor that a motor-side encoder shows: that of the motor, or the first."""
+    """The rotor that a motor-side encoder shows: that of the motor, or which the effort acts on, or the first."""
     if joint.drive is None:
         return None
     if joint.drive.motor is not None:
         return f"{joint.name}.{joint.drive.motor.at}"
+    if joint.drive.effort_at:
+        return f"{joint.name}.{joint.drive.effort_at}"
     return f"{joint.name}.{joint.drive.rotors[0].name}" if joint.drive.rotors else None
 
 

@@ -123,10 +123,13 @@ def without_latent(model: Model, signals: Signals) -> Noise:
     for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
         joint = joint_of(model.robot, name)
         circuit = joint.drive.motor if joint.drive else None
-        at = f"{joint.name}.{circuit.name}" if circuit and name.endswith(".voltage") else joint.name
+        voltage = circuit is not None and name.endswith(".voltage")
+        acts_on = joint.drive.effort_at if joint.drive else ""
+        part = circuit.name if circuit is not None and voltage else acts_on
+        at = f"{joint.name}.{part}" if part else joint.name
         found = next((x.direction for x in model.latents if x.place == at), None)
         if found is not None and values.any():
-            gain = 1.0 if at != joint.name or joint.actuator is None else number(model.robot, joint.actuator.gain)
+            gain = 1.0 if voltage or joint.actuator is None else number(model.robot, joint.actuator.gain)
             directions.append(found * gain)
             power.append((FIRST_INPUT * float(np.std(values))) ** 2)
             most.append(math.inf)

@@ -12,7 +12,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.gears import coordinate_shown, joint_of, motor_rotor, per_joint, usual_speeds
 from symdyn.numeric.recording import ChannelKey, Recording
-from symdyn.spec.records import EffectSpec, Quantity, Robot
+from symdyn.spec.records import EffectSpec, Quantity, Robot, Side
 
 Array = NDArray[np.float64]
 
@@ -95,12 +95,14 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
 
 def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, float]:
     """The kernel's signal that a channel shows, and the factor from the channel to it."""
-    quantity, address, _ = key
+    quantity, address, side = key
     joint = joint_of(robot, address)
     scale = 1.0
     if quantity in (Quantity.POSITION, Quantity.VELOCITY):
         address, scale = coordinate_shown(robot, key)
     if quantity is Quantity.EFFORT:
+        if side is Side.MOTOR:
+            address = motor_rotor(joint) or address
         candidates = [f"{address}.effort", f"{address}.input"]
     elif quantity in _INPUT_UNIT:
         motor = motor_rotor(joint)
