@@ -283,17 +283,19 @@ def simplest(wide: Step, tried: Sequence[Step]) -> Step:
 def sampled(model: Model, current: Explanation) -> Explanation:
     """The same with inputs held over a step instead of straight, or the other way round, where that fits better.
 
-    Either looks like half a step of delay to the other; so it is tried where a delay would gain something, or where
-    the circuit may have absorbed it.
+    Either looks like half a step of delay to the other; so it is tried where a delay would gain something, where the
+    circuit may have absorbed it, or where the other is likelier as it is: with an unknown force beside it, a delay
+    gains nothing.
     """
     late = [c for c in model.proposed if c.effect == DELAY]
     bench, p = current.fit.bench, current.fit.p
     suspects = set(absorbing(current)) & model.electrical
-    found = scores(bench, p, tuple(current.beliefs), late)
-    if not suspects and (not found or found[0].gain < WORTH):
+    other_way = model.bench(model.training, bench.noise, not bench.held)
+    likelier = other_way.filtered(p).loss < bench.filtered(p).loss
+    found = [] if likelier or suspects else scores(bench, p, tuple(current.beliefs), late)
+    if not (likelier or suspects or (found and found[0].gain >= WORTH)):
         return current
     starts = [p, *([put_back(current, p)] if suspects else [])]
-    other_way = model.bench(model.training, bench.noise, not bench.held)
     fits = side_by_side(lambda p: fit(other_way, p, current.beliefs, most=ROUNDS), starts)
     other = min(fits, key=lambda fitted: fitted.loss)
     if other.loss > current.fit.loss:

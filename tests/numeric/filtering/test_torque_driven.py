@@ -1,4 +1,4 @@
-"""An elastic joint that a torque drives: what is missing is named, with an encoder at the motor alone or at both ends."""
+"""An elastic joint that a torque drives: what is missing is named, by an encoder at the motor alone or at both ends."""
 
 from __future__ import annotations
 
