@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
-from symdyn.numeric.filtering.afresh import afresh, relieved
+from symdyn.numeric.filtering.afresh import afresh, relieved, unburdened
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.explain import (
@@ -54,6 +54,7 @@ def diagnose_hidden(
         current = sampled(model, current)
         remembering = lasting(model, current)
         best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
+        best = unburdened(model, best) if best is not None else None
         pair = both(model, current, tried, progress) if best is None else None
         if best is None and pair is None:
             again = relieved(model, current, progress)
