@@ -27,7 +27,7 @@ FASTEST = 0.02  # periods of its fundamental per sample, at most
 MOST_SWEEPS = 20.0  # to and fro
 LEAST_SHARE, MOST_SHARE = 0.1, 0.9  # of the time that the sweeps take
 SHRINK, SHRINKINGS = 0.7, 14  # where the machine would leave its limits
-POOL = 32  # inputs that are spread over all kinds, the usual one among them
+POOL = 32  # inputs that are spread over all kinds: the median of what they promise is the usual
 MEMBERS, EVALUATIONS = 12, 72  # of the search from the best of those
 FEW = 7  # of those, which are tried with wider limits
 NOTHING = 1e-6  # of what the other way promises: one law is held by the other
@@ -139,11 +139,12 @@ def design(contest: Contest, seed: int, progress: Progress) -> Designed:
     progress("comparing the explanations under inputs of all kinds")
     table = np.array(side_by_side(contest.nats, list(points)))
     most = table.max(axis=0)
-    nested = [_holds(contest.pair[1 - t], contest.pair[t]) or bool(most[t] <= NOTHING * most.max()) for t in (0, 1)]
+    holds = [_holds(contest.pair[1 - t], contest.pair[t]) for t in (0, 1)]
+    nested = [holds[t] or bool(most.max() > 0.0 and most[t] <= NOTHING * most.max()) for t in (0, 1)]
     truths = [truth for truth in (0, 1) if not nested[truth]]
-    if not truths or table.max() == 0.0:
+    least = table[:, truths].min(axis=1, initial=np.inf)
+    if not truths or least.max() == 0.0:
         return Designed(None, (0.0, 0.0), (nested[0], nested[1]), 0.0)
-    least = table[:, truths].min(axis=1)
     progress("searching the input")
 
     def objective(point: Array) -> float:

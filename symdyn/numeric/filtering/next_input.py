@@ -141,7 +141,7 @@ def _limits(
     ranges = {i: (own.lower, own.upper, own.velocity) for i, own in zip(at, limits.joints, strict=True)}
     middle, owner = np.median(u, axis=0), [names.index(name.partition(".")[0]) for name in kernel.inputs]
     told = np.array([limits.joints[j].input for j in owner])
-    reach = np.where(np.isfinite(told), told - np.abs(middle), np.max(np.abs(u - middle), axis=0))
+    reach = np.where(np.isfinite(told), np.maximum(told - np.abs(middle), 0.0), np.max(np.abs(u - middle), axis=0))
     taken = [f"{f} of {name}" for name in names for f in _needed(model, name) if f not in given.get(name, {})]
     return ranges, reach, f"what the recording visited stands for the {', '.join(taken)}" if taken else ""
 

@@ -77,6 +77,10 @@ def test_where_a_law_holds_the_other_no_input_is_asked_to_refute_it(robot: Robot
     planned = after_diagnosis(replace(found, findings=(wide,)), runs[0], {}, Plan(duration=2.0))
     assert planned is not None
     assert "if constant force offset at axis is true, linear spring at axis fits as well" in planned.told.why
+    narrow = {"axis": {"lower": -1e-12, "upper": 1e-12}}
+    planned = after_diagnosis(replace(found, findings=(wide,)), runs[0], narrow, Plan(duration=2.0))
+    assert planned is not None
+    assert planned.told.why.startswith("no input keeps the machine within its limits")
     remembering = replace(finding, rivals=(Rival("dahl_friction", "axis", 0.5),))
     planned = after_diagnosis(replace(found, findings=(remembering,)), runs[0], {}, Plan(duration=2.0))
     assert planned is not None
