@@ -156,11 +156,11 @@ def test_nothing_that_came_near_is_said() -> None:
 
 def test_the_next_experiment_is_told() -> None:
     between = (("torque_ripple", "elbow"), ("linear_spring", "elbow"))
-    planned = NextExperiment(between, 38.25, "next.csv", "A slow turn of the elbow tells them apart.")
+    planned = NextExperiment(between, 38.25, "next.csv", "a slow turn of the elbow tells them apart")
     text = outline(next_experiment_text(replace(diagnosis(), next_experiment=planned))).text
     assert text == (
         "A slow turn of the elbow tells them apart. It is expected to tell torque ripple (cogging) at elbow "
-        "from linear spring at elbow by 38.2 nats. The trajectory is in next.csv."
+        "from linear spring at elbow by 38.2 nats. It is in next.csv."
     )
 
 

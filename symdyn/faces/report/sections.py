@@ -95,9 +95,9 @@ def next_experiment_text(diagnosis: Diagnosis) -> Markup:
     if planned is None:
         return paragraph("None is needed to tell explanations apart.")
     between = " from ".join(f"{effect_title(effect)} at {place}" for effect, place in planned.between[:2])
-    where = f" The trajectory is in {planned.file}." if planned.file else ""
-    gain = f" It is expected to tell {between} by {nats(planned.separation)} nats."
-    return paragraph(f"{planned.why}{gain}{where}")
+    where = f" It is in {planned.file}." if planned.file else ""
+    gain = f" It is expected to tell {between} by {nats(planned.separation)} nats." if planned.separation else ""
+    return paragraph(f"{planned.why[:1].upper()}{planned.why[1:]}.{gain}{where}")
 
 
 def joints_table(diagnosis: Diagnosis) -> Markup:

@@ -170,8 +170,8 @@ def _words(found: Designed, between: Between, duration: float, assumed: str) -> 
     if found.separation >= SEPARATES:
         sentences.append(
             f"under this input of {duration:.3g} s the wrong one of {one} and {other}, fitted anew, loses "
-            f"{found.separation:.3g} nats of log-likelihood in a simulated recording; the usual input within the same "
-            f"limits promises {found.usual:.3g}"
+            f"{_nats(found.separation)} nats of log-likelihood in a simulated recording; the usual input within the "
+            f"same limits promises {_nats(found.usual)}"
         )
     else:
         sentences.append(
@@ -185,6 +185,10 @@ def _words(found: Designed, between: Between, duration: float, assumed: str) -> 
             true, wide = (one, other) if truth == 0 else (other, one)
             sentences.append(f"if {true} is true, {wide} fits as well, with what it has more coming out as zero")
     return "; ".join([*sentences, *([assumed] if assumed else [])])
+
+
+def _nats(value: float) -> str:
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.2g}"
 
 
 def _name(key: tuple[str, str]) -> str:
