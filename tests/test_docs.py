@@ -53,6 +53,11 @@ link = {{ mass = 1 }}
 [joint.drive]
 rotors = [ {{ name = "motor", inertia = 1e-4, fixed_to_joint = true }} ]
 """
+ARM = """
+[[joint]]
+name = "arm"
+link = { mass = 1 }
+"""
 CIRCUIT = """
 [joint.drive.motor]
 name = "circuit"
@@ -68,6 +73,7 @@ AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and aft
     (HEAD + PARAMETERS, ""),
     (HEAD + PARAMETERS + DH, ""),
     (HEAD + PARAMETERS + DH, ""),
+    (HEAD + DH + ARM, ""),
     (HEAD + DH + JOINT.format("axis1"), ""),
     (HEAD + DH + JOINT.format("axis1") + CIRCUIT, ""),
     (HEAD + DH + JOINT.format("shoulder"), ""),

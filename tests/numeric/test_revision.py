@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.findings import Estimate
 from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import Reading, declared
@@ -131,10 +132,14 @@ def test_gravity_that_the_model_leaves_out_is_found() -> None:
     assert not found.remaining.structured
 
 
+def pull(value: float) -> Estimate:
+    return Estimate(value, 0.01, "m/s^2")
+
+
 def test_gravity_that_no_place_on_earth_has_is_refused() -> None:
     """Three times that of Earth may stand for masses given too small; more takes up something else."""
-    assert all(GravityVector().credible({"x": 0.3, "y": y, "z": 0.1}) for y in (-GRAVITY, -1.62, -25.0))
-    assert not GravityVector().credible({"x": 0.3, "y": -26.0 * GRAVITY, "z": 0.1})
+    told = {y: {"x": pull(0.3), "y": pull(y), "z": pull(0.1)} for y in (-GRAVITY, -1.62, -25.0, -26.0 * GRAVITY)}
+    assert [GravityVector().credible(numbers) for numbers in told.values()] == [True, True, True, False]
 
 
 def test_a_revision_that_is_not_credible_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
