@@ -94,6 +94,12 @@ class Finding:
         """By how much the relative held-out error fell."""
         return self.heldout_before - self.heldout_after
 
+    @property
+    def others(self) -> tuple[tuple[str, str], ...]:
+        """What the recording does not tell it from: the likeliest rival first, then itself elsewhere."""
+        rivals = tuple((r.effect, r.place) for r in sorted(self.rivals, key=lambda r: -r.p_value))
+        return rivals + tuple((self.effect, place) for place in self.group if place != self.place)
+
     def to_json(self) -> Json:
         return {
             "effect": self.effect,

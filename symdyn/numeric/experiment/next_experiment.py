@@ -163,9 +163,8 @@ def _question(diagnosis: Diagnosis) -> tuple[Robot, Robot | None, tuple[tuple[st
     robot = diagnosis.diagnosed
     for finding in diagnosis.findings:
         # A sensor that is off, or gravity, is no force at a joint that a model could be given instead.
-        forces = [r for r in finding.rivals if r.effect in catalogue() and catalogue()[r.effect].proposable]
-        others = [(r.effect, r.place) for r in sorted(forces, key=lambda r: -r.p_value)]
-        others += [(finding.effect, place) for place in finding.group if place != finding.place]
+        forces = {finding.effect, *(name for name, law in catalogue().items() if law.proposable)}
+        others = [other for other in finding.others if other[0] in forces]
         if others:
             rival = _exchanged(robot, (finding.effect, finding.place), others[0])
             return robot, rival, ((finding.effect, finding.place), others[0])

@@ -54,7 +54,7 @@ def next_input(
     ``given`` limits (lower, upper, velocity, input) by joint; else the robot's own, else what the recording visited.
     None where the diagnosis left no such question. Raises InputError as ``prepare`` does.
     """
-    asked = [(f, other) for f in diagnosis.findings for other in _others(f)]
+    asked = [(f, other) for f in diagnosis.findings for other in f.others]
     if not asked:
         return None
     for finding, other in asked:
@@ -77,12 +77,6 @@ def next_input(
     found = design(Contest((pair[0], pair[1]), inputs, ranges), seed, progress)
     told = NextExperiment(between, found.separation, None, _words(found, between, duration, assumed))
     return NextInput(told, None if found.u is None or not found.separation else _columns(model, found.u, step))
-
-
-def _others(finding: Finding) -> list[tuple[str, str]]:
-    """What the recording does not tell it from: the likeliest first, then itself elsewhere."""
-    others = [(r.effect, r.place) for r in sorted(finding.rivals, key=lambda r: -r.p_value)]
-    return others + [(finding.effect, place) for place in finding.group if place != finding.place]
 
 
 def _without(robot: Robot, finding: Finding) -> Robot:
