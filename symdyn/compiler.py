@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -47,6 +47,15 @@ from symdyn.spec.urdf_writer import write_back
 from symdyn.spec.xml_source import LARGEST_XML
 
 EQUATIONS, MANIFEST = "equations.tex", "manifest.json"
+FITTED = frozenset(  # what a fit to measured motion and effort evaluates
+    {
+        "inverse_dynamics",
+        "inverse_dynamics_parameter_jacobian",
+        "mass_matrix",
+        "actuation",
+        "hidden_state_derivative",
+    }
+)
 _ROW = re.compile(r"\[[^][{}]*\]")  # an innermost list of JSON: a row of a table, which belongs on one line
 
 
@@ -101,27 +110,33 @@ def robot_into_urdf(robot: Robot, urdf: str | Path, chain: Chain = WHOLE) -> str
     return write_back(read_text(urdf, LARGEST_XML), str(urdf), robot, schemas(), chain)
 
 
-def compile_robot(robot: Robot, smoothing: float | Mapping[str, float] | None = None) -> Compiled:
+def compile_robot(
+    robot: Robot,
+    smoothing: float | Mapping[str, float] | None = None,
+    wanted: Callable[[str], bool] = lambda _: True,
+) -> Compiled:
     """Derive, build and optimise the programs. Nothing is printed, or compiled by Numba, before it is asked for.
 
     ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events; with a width for
-    each coordinate, by its address, those of friction alone, for filters.
+    each coordinate, by its address, those of friction alone, for filters. Functions that are not ``wanted``, by name,
+    are left out: most of the time goes into optimising them.
     """
     with collector_paused():
         equations = equations_of_motion(robot)
         if smoothing is not None:
             require_continuous(equations, "a simulation with smoothing")
-        return Compiled(robot, equations, forms(equations, functions(equations, smoothing)))
+        chosen = [f for f in functions(equations, smoothing) if wanted(f.name)]
+        return Compiled(robot, equations, forms(equations, chosen))
 
 
 def parametric_kernel(robot: Robot) -> Kernel:
-    """The kernel with the functions of its parameters alone (``_p``), and the robot's values for them.
+    """The kernel with what a fit asks for alone, as functions of the parameters (``_p``), and the robot's values.
 
     Its source holds none: machines that differ in their numbers share what Numba compiled.
     """
     free = replace(robot, parameters=tuple(replace(p, value=None) for p in robot.parameters))
     values = tuple(math.nan if p.value is None else p.value for p in robot.parameters)
-    return replace(compile_robot(free).kernel(), given=values)
+    return replace(compile_robot(free, wanted=FITTED.__contains__).kernel(), given=values)
 
 
 def compile_hybrid(robot: Robot) -> Kernel:

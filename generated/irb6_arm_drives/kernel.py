@@ -13879,3 +13879,355 @@ def wrench_effort_p_soa(q, wrench, p):
             for j in range(here):
                 line[j] = out_[BLOCK * i + j]
     return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative(x, u, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    q_6 = x[5 * S + k]
+    qd_2 = x[9 * S + k]
+    qd_6 = x[13 * S + k]
+    z_1 = x[16 * S + k]
+    z_2 = x[17 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    t17 = max(-24.0, min(24.0, qd_2 * -0.5 - (q_2 - u_1) * 50.0))
+    t25 = (qd_2 * 0.088 + z_1 * 1.6 - t17) * -11494.252873563219
+    t31 = max(-24.0, min(24.0, qd_6 * -0.5 - 50.0 * (q_6 - u_2)))
+    t36 = -11494.252873563219 * (qd_6 * 0.088 + z_2 * 1.6 - t31)
+    out[0 * S + k] = t25
+    out[1 * S + k] = t36
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative(x, u):
+    """Time derivative of the hidden states alone, along a motion that is known."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    out = np.empty(2)
+    _hidden_state_derivative(x, u, out, 0, 1, _together)
+    return out
+
+
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_into(x, u, out):
+    """hidden_state_derivative, written into an array."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    if out.size != 2:
+        raise ValueError("out must have 2 entries")
+    _hidden_state_derivative(x, u, out, 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_packed(both):
+    """hidden_state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 22:
+        raise ValueError("hidden_state_derivative_packed takes 22 numbers: x, u, result")
+    _hidden_state_derivative(both[0:18], both[18:20], both[20:], 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative_rows(x, u, out, first, last):
+    _align_stack()
+    tile = np.zeros(704)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 18, 8):
+                _gather(x, 18, min(i, 10), 8, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _hidden_state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_batch(x, u):
+    """hidden_state_derivative of every row."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    out = np.empty(count * 2)
+    _hidden_state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_batch_into(x, u, out):
+    """hidden_state_derivative of every row, written into an array."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _hidden_state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_batch_parallel(x, u):
+    """hidden_state_derivative of every row, on all cores."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_batch_parallel_into(x, u, out):
+    """hidden_state_derivative of every row, on all cores, written into an array."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_rows(x, u, flat, part * share, min(count, (part + 1) * share))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_soa(x, u):
+    """hidden_state_derivative of every column: structure of arrays."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 rows, a column per state")
+    if u.shape[0] != 2 or u.shape[1] != x.shape[1]:
+        raise ValueError("u must have as many columns as x, and 2 rows")
+    count = x.shape[1]
+    out = np.empty((2, count))
+    _align_stack()
+    tile = np.zeros(704)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
+        for i in range(18):
+            line = x[i, start:start + here]
+            for j in range(here):
+                x_[32 * i + j] = line[j]
+        for i in range(2):
+            line = u[i, start:start + here]
+            for j in range(here):
+                u_[32 * i + j] = line[j]
+        for j in range(BLOCK):
+            _hidden_state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for i in range(2):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = out_[BLOCK * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative_p(x, u, p, out, k, S, turns):
+    q_2 = x[1 * S + k]
+    q_6 = x[5 * S + k]
+    qd_2 = x[9 * S + k]
+    qd_6 = x[13 * S + k]
+    z_1 = x[16 * S + k]
+    z_2 = x[17 * S + k]
+    u_1 = u[0 * S + k]
+    u_2 = u[1 * S + k]
+    p_R = p[4]
+    p_L = p[5]
+    p_K_E = p[7]
+    p_K_p = p[23]
+    p_K_v = p[24]
+    p_U_max = p[25]
+    t20 = -p_U_max
+    t22 = max(t20, min(p_U_max, p_K_p * (u_1 - q_2) - qd_2 * p_K_v))
+    t26 = 1.0 / p_L
+    t35 = max(t20, min(p_U_max, p_K_p * (u_2 - q_6) - qd_6 * p_K_v))
+    out[0 * S + k] = (t22 - qd_2 * p_K_E - z_1 * p_R) * t26
+    out[1 * S + k] = t26 * (t35 - qd_6 * p_K_E - z_2 * p_R)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p(x, u, p):
+    """Time derivative of the hidden states alone, along a motion that is known. Parameters from the vector p."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    out = np.empty(2)
+    _hidden_state_derivative_p(x, u, p, out, 0, 1, _together)
+    return out
+
+
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_into(x, u, p, out):
+    """hidden_state_derivative_p, written into an array."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 entries")
+    if u.shape[0] != 2:
+        raise ValueError("u must have 2 entries")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    if out.size != 2:
+        raise ValueError("out must have 2 entries")
+    _hidden_state_derivative_p(x, u, p, out, 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_packed(both):
+    """hidden_state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 50:
+        raise ValueError("hidden_state_derivative_p_packed takes 50 numbers: x, u, p, result")
+    _hidden_state_derivative_p(both[0:18], both[18:20], both[20:48], both[48:], 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative_p_rows(x, u, p, out, first, last):
+    _align_stack()
+    tile = np.zeros(704)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:704]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 18, 8):
+                _gather(x, 18, min(i, 10), 8, start + j, last - 1, x_, j)
+            _gather(u, 2, 0, 2, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _hidden_state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 2, 0, 2, start + j, last - 1, out_, j)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_batch(x, u, p):
+    """hidden_state_derivative_p of every row."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    out = np.empty(count * 2)
+    _hidden_state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_batch_into(x, u, p, out):
+    """hidden_state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _hidden_state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_p_batch_parallel(x, u, p):
+    """hidden_state_derivative_p of every row, on all cores."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    out = np.empty(count * 2)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 2))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_p_batch_parallel_into(x, u, p, out):
+    """hidden_state_derivative_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 18:
+        raise ValueError("x must have 18 columns, a row per state")
+    if u.shape[1] != 2 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 2 columns")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[0]
+    if out.shape != (count, 2):
+        raise ValueError("out must have the shape (states, 2)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_soa(x, u, p):
+    """hidden_state_derivative_p of every column: structure of arrays."""
+    if x.shape[0] != 18:
+        raise ValueError("x must have 18 rows, a column per state")
+    if u.shape[0] != 2 or u.shape[1] != x.shape[1]:
+        raise ValueError("u must have as many columns as x, and 2 rows")
+    if p.shape[0] != 28:
+        raise ValueError("p must have 28 entries")
+    count = x.shape[1]
+    out = np.empty((2, count))
+    _align_stack()
+    tile = np.zeros(704)
+    x_ = tile[0:576]
+    u_ = tile[576:640]
+    out_ = tile[640:704]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
+        for i in range(18):
+            line = x[i, start:start + here]
+            for j in range(here):
+                x_[32 * i + j] = line[j]
+        for i in range(2):
+            line = u[i, start:start + here]
+            for j in range(here):
+                u_[32 * i + j] = line[j]
+        for j in range(BLOCK):
+            _hidden_state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for i in range(2):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = out_[BLOCK * i + j]
+    return out

@@ -9882,3 +9882,333 @@ def wrench_effort_p_soa(q, wrench, p):
             for j in range(here):
                 line[j] = out_[BLOCK * i + j]
     return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative(x, u, out, k, S, turns):
+    qd_2 = x[5 * S + k]
+    z_1 = x[8 * S + k]
+    u_1 = u[0 * S + k]
+    t10 = (qd_2 * 0.088 + z_1 * 1.6 - u_1) * -11494.252873563219
+    out[0 * S + k] = t10
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative(x, u):
+    """Time derivative of the hidden states alone, along a motion that is known."""
+    if x.shape[0] != 9:
+        raise ValueError("x must have 9 entries")
+    if u.shape[0] != 1:
+        raise ValueError("u must have 1 entries")
+    out = np.empty(1)
+    _hidden_state_derivative(x, u, out, 0, 1, _together)
+    return out
+
+
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_into(x, u, out):
+    """hidden_state_derivative, written into an array."""
+    if x.shape[0] != 9:
+        raise ValueError("x must have 9 entries")
+    if u.shape[0] != 1:
+        raise ValueError("u must have 1 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _hidden_state_derivative(x, u, out, 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_packed(both):
+    """hidden_state_derivative of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 11:
+        raise ValueError("hidden_state_derivative_packed takes 11 numbers: x, u, result")
+    _hidden_state_derivative(both[0:9], both[9:10], both[10:], 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative_rows(x, u, out, first, last):
+    _align_stack()
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _hidden_state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_batch(x, u):
+    """hidden_state_derivative of every row."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    out = np.empty(count * 1)
+    _hidden_state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out, np.intp(0), count)
+    return out.reshape((count, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_batch_into(x, u, out):
+    """hidden_state_derivative of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _hidden_state_derivative_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), out.ravel(), np.intp(0), count)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_batch_parallel(x, u):
+    """hidden_state_derivative of every row, on all cores."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_rows(x, u, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_batch_parallel_into(x, u, out):
+    """hidden_state_derivative of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_rows(x, u, flat, part * share, min(count, (part + 1) * share))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_soa(x, u):
+    """hidden_state_derivative of every column: structure of arrays."""
+    if x.shape[0] != 9:
+        raise ValueError("x must have 9 rows, a column per state")
+    if u.shape[0] != 1 or u.shape[1] != x.shape[1]:
+        raise ValueError("u must have as many columns as x, and 1 rows")
+    count = x.shape[1]
+    out = np.empty((1, count))
+    _align_stack()
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
+        for i in range(9):
+            line = x[i, start:start + here]
+            for j in range(here):
+                x_[32 * i + j] = line[j]
+        for i in range(1):
+            line = u[i, start:start + here]
+            for j in range(here):
+                u_[32 * i + j] = line[j]
+        for j in range(BLOCK):
+            _hidden_state_derivative(x_, u_, out_, j, BLOCK, _apart)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = out_[BLOCK * i + j]
+    return out
+
+
+@njit(forceinline=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative_p(x, u, p, out, k, S, turns):
+    qd_2 = x[5 * S + k]
+    z_1 = x[8 * S + k]
+    u_1 = u[0 * S + k]
+    p_R = p[0]
+    p_L = p[1]
+    p_K_E = p[3]
+    out[0 * S + k] = (u_1 - qd_2 * p_K_E - z_1 * p_R) / p_L
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p(x, u, p):
+    """Time derivative of the hidden states alone, along a motion that is known. Parameters from the vector p."""
+    if x.shape[0] != 9:
+        raise ValueError("x must have 9 entries")
+    if u.shape[0] != 1:
+        raise ValueError("u must have 1 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    out = np.empty(1)
+    _hidden_state_derivative_p(x, u, p, out, 0, 1, _together)
+    return out
+
+
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_into(x, u, p, out):
+    """hidden_state_derivative_p, written into an array."""
+    if x.shape[0] != 9:
+        raise ValueError("x must have 9 entries")
+    if u.shape[0] != 1:
+        raise ValueError("u must have 1 entries")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    if out.size != 1:
+        raise ValueError("out must have 1 entries")
+    _hidden_state_derivative_p(x, u, p, out, 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_packed(both):
+    """hidden_state_derivative_p of the arguments, one after the other, in one vector, and the result behind them."""
+    if both.shape[0] != 32:
+        raise ValueError("hidden_state_derivative_p_packed takes 32 numbers: x, u, p, result")
+    _hidden_state_derivative_p(both[0:9], both[9:10], both[10:31], both[31:], 0, 1, _together)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _hidden_state_derivative_p_rows(x, u, p, out, first, last):
+    _align_stack()
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(first, last, BLOCK):
+        for j in range(0, BLOCK, 8):
+            for i in range(0, 9, 8):
+                _gather(x, 9, min(i, 1), 8, start + j, last - 1, x_, j)
+            _gather(u, 1, 0, 1, start + j, last - 1, u_, j)
+        for j in range(BLOCK):
+            _hidden_state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for j in range(0, BLOCK, 8):
+            _scatter(out, 1, 0, 1, start + j, last - 1, out_, j)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_batch(x, u, p):
+    """hidden_state_derivative_p of every row."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    out = np.empty(count * 1)
+    _hidden_state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out, np.intp(0), count)
+    return out.reshape((count, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_batch_into(x, u, p, out):
+    """hidden_state_derivative_p of every row, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    _hidden_state_derivative_p_rows(np.asarray(x, np.float64).ravel(), np.asarray(u, np.float64).ravel(), p, out.ravel(), np.intp(0), count)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_p_batch_parallel(x, u, p):
+    """hidden_state_derivative_p of every row, on all cores."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    out = np.empty(count * 1)
+    share = BLOCK * (1 + count // (BLOCK * 64))  # not by get_num_threads: that cannot be cached
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_p_rows(x, u, p, out, part * share, min(count, (part + 1) * share))
+    return out.reshape((count, 1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)
+def hidden_state_derivative_p_batch_parallel_into(x, u, p, out):
+    """hidden_state_derivative_p of every row, on all cores, written into an array."""
+    if x.shape[1] != 9:
+        raise ValueError("x must have 9 columns, a row per state")
+    if u.shape[1] != 1 or u.shape[0] != x.shape[0]:
+        raise ValueError("u must have as many rows as x, and 1 columns")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[0]
+    if out.shape != (count, 1):
+        raise ValueError("out must have the shape (states, 1)")
+    if not out.flags.c_contiguous:
+        raise ValueError("out must be contiguous")
+    share = BLOCK * (1 + count // (BLOCK * 64))
+    flat = out.ravel()
+    x = np.asarray(x, np.float64).ravel()
+    u = np.asarray(u, np.float64).ravel()
+    for part in prange((count + share - 1) // share):
+        _hidden_state_derivative_p_rows(x, u, p, flat, part * share, min(count, (part + 1) * share))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def hidden_state_derivative_p_soa(x, u, p):
+    """hidden_state_derivative_p of every column: structure of arrays."""
+    if x.shape[0] != 9:
+        raise ValueError("x must have 9 rows, a column per state")
+    if u.shape[0] != 1 or u.shape[1] != x.shape[1]:
+        raise ValueError("u must have as many columns as x, and 1 rows")
+    if p.shape[0] != 21:
+        raise ValueError("p must have 21 entries")
+    count = x.shape[1]
+    out = np.empty((1, count))
+    _align_stack()
+    tile = np.zeros(352)
+    x_ = tile[0:288]
+    u_ = tile[288:320]
+    out_ = tile[320:352]
+    for start in range(0, count, BLOCK):
+        here = min(BLOCK, count - start)
+        for i in range(9):
+            line = x[i, start:start + here]
+            for j in range(here):
+                x_[32 * i + j] = line[j]
+        for i in range(1):
+            line = u[i, start:start + here]
+            for j in range(here):
+                u_[32 * i + j] = line[j]
+        for j in range(BLOCK):
+            _hidden_state_derivative_p(x_, u_, p, out_, j, BLOCK, _apart)
+        for i in range(1):
+            line = out[i, start:start + here]
+            for j in range(here):
+                line[j] = out_[BLOCK * i + j]
+    return out

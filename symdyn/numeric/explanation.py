@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from symdyn.numeric.candidates import Candidate, bounded, bounds, candidate_boun
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.regression import fit_linear, likelier, solve_linear
+from symdyn.numeric.regression import fit_linear, likelier, solve_linear, times
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.sizes import sizes
 from symdyn.numeric.workbench import Workbench
@@ -123,6 +123,25 @@ class Case:
             found, done, tuple(state), weight, design, training, self._residual(self.judged, found, p, state)
         )
 
+    def followed(self, near: Explanation) -> Explanation:
+        """``near`` in this case, on training data: all but weights and shapes fitted anew.
+
+        What it says of uncertainty and of held-out data is as it was.
+        """
+        found, p = near.found, near.fit.p
+        p, state, _ = self._linear(found, p, list(near.fitted), near.weight, p)
+        training, design = self._residual(self.laws, found, p, state), self._design(self.laws, found, p, state)
+        return replace(near, fit=replace(near.fit, p=p), fitted=tuple(state), design=design, training=training)
+
+    def stepped(self, of: Explanation, step: Array) -> Explanation:
+        """Its shapes moved by their part of a step of everything that is fitted."""
+        parts = zip(of.found, of.fitted, self._shape_part(of.found, step), strict=True)
+        moved = tuple(
+            replace(f, shapes=self._moved(self.laws.room(c, scanned), f.shapes, change))
+            for (c, scanned), f, change in parts
+        )
+        return replace(of, fitted=moved)
+
     def residual(self, laws: Laws, of: Explanation) -> Array:
         """(K, n) of another recording, or the same in another band."""
         return self._residual(laws, of.found, of.fit.p, of.fitted)
@@ -201,12 +220,12 @@ class Case:
 
     def _residual(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         coefficients = np.array([value for f in state for value in f.coefficients])
-        own = laws.bench.fitted(p, self.own)[0]
-        return np.asarray(own - self._added(laws, found, state, p) @ coefficients)
+        own = laws.bench.left(p, self.own)
+        return own - times(self._added(laws, found, state, p), coefficients)
 
     def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
-        own = laws.bench.fitted(p, self.own)[1]
+        own = laws.bench.moved(p, self.own)
         if laws.bench.passive.joints:
             own = own + eased(laws.bench, p, self.own, self._residual(laws, found, p, state))
         parts = [own]

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
+from symdyn.numeric.regression import triangle
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -43,13 +43,13 @@ class Folded:
         self.names, self.index, self.size = list(names), bench.index, len(bench.kernel.parameters)
         self.span, fixed = bench.span(names)
         self.fixed, count = fixed.shape[2], added.shape[2]
-        start = bench.fitted(self.span.start, names)[0]
+        start = bench.left(self.span.start, names)
         rows = self.fixed + count + 1
         self._triangles = np.zeros((rows, start.shape[1], rows))
         for j in range(start.shape[1]):
             stacked = np.concatenate([fixed[:, j], added[:, j], start[:, [j]]], axis=1)
-            triangle = linalg.qr(stacked, mode="r", check_finite=False)[0][:rows]
-            self._triangles[: len(triangle), j] = triangle
+            folded = triangle(stacked)
+            self._triangles[: len(folded), j] = folded
 
     def residual(self, x: Array) -> Array:
         t = self._triangles

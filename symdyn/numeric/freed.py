@@ -144,7 +144,7 @@ class Freed:
         bench = Workbench(setting.kernel, old.observation, old.band)
         return [bench.columns(self._values(inquiry, setting, self.numbers.unit), tuple(names.values()))]
 
-    def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
+    def revised(self, inquiry: Inquiry, tried: int, most: float = np.inf) -> Inquiry | None:
         current, columns = inquiry.current, self.columns(inquiry)[tried]
         design = np.concatenate([current.design, columns], axis=2)
         step = fit_linear(design * current.weight[:, None], current.training * current.weight).estimate
@@ -187,7 +187,7 @@ def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
     freed = robot_from_text(numbers.written(robot), robot.where.file if robot.where else robot.name)
     names = tuple(numbers.names(freed).values())
     own = (*(name for name in setting.own if name not in names), *names)
-    return replace(setting, robot=freed, kernel=parametric_kernel(freed), own=own, _shown={})
+    return replace(setting, robot=freed, kernel=parametric_kernel(freed), own=own, _shown={}, _forces={})
 
 
 def missing_numbers(setting: Setting) -> list[Freed]:

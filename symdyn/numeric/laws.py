@@ -16,13 +16,15 @@ from symdyn.numeric.workbench import Workbench
 from symdyn.physics import load_dependent
 
 Array = NDArray[np.float64]
+Known = dict[tuple[str, tuple[float, ...]], Array]  # forces of candidates, by their shapes
 
 
 class Laws:
     """Columns of candidates at their joints; once made, they serve every later step.
 
     Those of friction that depends on the load depend on what the model makes of that: on its parameters ``p``. Above
-    ``motion`` (Hz) the recorded motion is noise.
+    ``motion`` (Hz) the recorded motion is noise. ``known``: of each joint, the forces of the others in this band that
+    were asked for before; they depend on nothing but its motion.
     """
 
     def __init__(
@@ -32,11 +34,12 @@ class Laws:
         joints: Sequence[str],
         frictions: Sequence[Friction],
         motion: float,
+        known: Sequence[Known] | None = None,
     ) -> None:
         self.probes, self.bench, self.joints, self.frictions = probes, bench, tuple(joints), tuple(frictions)
         self.motion = motion
         self._axes: dict[str, list[list[float]]] = {}
-        self._known: dict[tuple[str, tuple[float, ...]], Array] = {}
+        self._known: Sequence[Known] = [{} for _ in self.joints] if known is None else known
         self._under: dict[str, tuple[bytes, Array]] = {}  # of a candidate, the last, and under which parameters
 
     def joint(self, candidate: Candidate) -> int:
@@ -47,13 +50,15 @@ class Laws:
         if candidate.effect in load_dependent():
             of, known = self._under.get(candidate.label, (b"", np.zeros(0)))
             if of != p.tobytes():
-                known = self._columns(candidate, shapes, self.load(self.joint(candidate), p))
+                joint = self.joint(candidate)
+                known = self._forces(candidate, shapes, self.load(joint, p)) * self.bench.counted[:, [joint]]
                 self._under[candidate.label] = p.tobytes(), known
             return known
-        key = (candidate.label, tuple(shapes))
-        if key not in self._known:
-            self._known[key] = self._columns(candidate, shapes)
-        return self._known[key]
+        key, joint = (candidate.label, tuple(shapes)), self.joint(candidate)
+        forces = self._known[joint]
+        if key not in forces:
+            forces[key] = self._forces(candidate, shapes)
+        return np.asarray(forces[key] * self.bench.counted[:, [joint]])
 
     def load(self, joint: int, p: Array) -> Array:
         """(N,) effort that passes through a joint: what the model needs there, less its friction.
@@ -69,13 +74,14 @@ class Laws:
                 load = load - self.probes[key_of(friction.law)].force(friction.law.effect, values, seen, joint)
         return smoothed(load, seen.segments, seen.rate, self.motion)
 
-    def _columns(self, candidate: Candidate, shapes: Sequence[float], load: Array | None = None) -> Array:
+    def _forces(self, candidate: Candidate, shapes: Sequence[float], load: Array | None = None) -> Array:
+        """(K, k) in the analysis band."""
         probe, joint = self.probes[key_of(candidate)], self.joint(candidate)
         forces = []
         for unit in np.eye(len(candidate.linear)):
             values = candidate.values(unit.tolist(), shapes)
             forces.append(probe.force(candidate.effect, values, self.bench.observation, joint, load))
-        return np.asarray(self.bench.bring(np.stack(forces, axis=1)) * self.bench.counted[:, [joint]])
+        return self.bench.bring(np.stack(forces, axis=1))
 
     def room(self, candidate: Candidate, scanned: Sequence[float]) -> list[tuple[float, float]]:
         """Between which a fit may move each shape parameter."""

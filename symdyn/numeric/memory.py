@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 from numpy.typing import NDArray
 
 from symdyn.base import symbols
@@ -47,27 +47,35 @@ def remembered(kernel: Kernel, q: Array, qd: Array, time: Array, segments: tuple
     n = q.shape[1]
     states[:, :n], states[:, n : 2 * n] = q, qd
     inputs = np.zeros((len(time), len(kernel.inputs)))
+    rate, own = kernel.hidden_state_derivative_p_into, np.array(p)  # copies: compiled code wants what it could write to
     for part in segments:
-        _advance(kernel.state_derivative_p_into, states[part], inputs[0], np.ascontiguousarray(time[part]), p, 2 * n)
+        _advance(rate, states[part], inputs[0], np.array(time[part]), own, 2 * n)
     return np.asarray(kernel.actuation_p_batch(states, inputs, p))
 
 
-@njit(error_model="numpy")  # type: ignore[untyped-decorator]  # not cached: its type names the module of one kernel
+_vector, _matrix = (types.Array(types.float64, d, "C") for d in (1, 2))
+_rate = types.FunctionType(types.none(_vector, _vector, _vector, _vector))  # any kernel's: so it is compiled once
+
+
+@njit(  # type: ignore[untyped-decorator]
+    types.void(_rate, _matrix, _vector, _vector, _vector, types.int64), cache=True, error_model="numpy"
+)
 def _advance(rate: Any, states: Array, control: Array, time: Array, p: Array, first: int) -> None:
     """Fill the hidden part of ``states`` (N, nx), columns ``first`` and on, in place."""
     count, size = states.shape
-    x, plain, nudged = np.empty(size), np.empty(size), np.empty(size)
+    hidden = size - first
+    x, plain, nudged = np.empty(size), np.empty(hidden), np.empty(hidden)
     for k in range(count - 1):
         step = time[k + 1] - time[k]
         for i in range(first):
             x[i] = 0.5 * (states[k, i] + states[k + 1, i])
-        for i in range(first, size):
-            x[i] = states[k, i]
+        for i in range(hidden):
+            x[first + i] = states[k, first + i]
         rate(x, control, p, plain)
-        for i in range(first, size):
-            x[i] += NUDGE * (1.0 + abs(states[k, i]))
+        for i in range(hidden):
+            x[first + i] += NUDGE * (1.0 + abs(states[k, first + i]))
         rate(x, control, p, nudged)
-        for i in range(first, size):
-            slope = step * (nudged[i] - plain[i]) / (NUDGE * (1.0 + abs(states[k, i])))
+        for i in range(hidden):
+            slope = step * (nudged[i] - plain[i]) / (NUDGE * (1.0 + abs(states[k, first + i])))
             share = 1.0 + 0.5 * slope if abs(slope) < 1e-5 else np.expm1(min(slope, 50.0)) / slope
-            states[k + 1, i] = states[k, i] + step * plain[i] * share
+            states[k + 1, first + i] = states[k, first + i] + step * plain[i] * share

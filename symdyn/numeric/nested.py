@@ -25,18 +25,24 @@ def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
     Step by step the nearest simple law comes first, and what it lacks is no law of its own: Dahl's of LuGre's, say.
     """
     swapped = False
+    known: dict[tuple[str, ...], tuple[Explanation, Search]] = {}  # without these: several laws ask for it
     for wider in inquiry.setting.proposed:
         less = [i for i in inquiry.current.found if i[0].place == wider.place and akin(i[0].effect, wider.effect)]
         less = [i for i in less if wider.effect not in catalogue()[i[0].effect].generalises]
         if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
             continue
         progress(f"instead of {less[0][0].label}: {wider.title}")
-        rest = explained_without(inquiry, [c for c, _ in less])
-        trial = _tried(inquiry, rest, wider)
+        gone = [c for c, _ in less]
+        labels = tuple(c.label for c in gone)
+        if labels not in known:
+            without = explained_without(inquiry, gone)
+            known[labels] = without, _search(inquiry, without)
+        rest, search = known[labels]
+        trial = _tried(search, wider)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
         if step is not None:
-            inquiry, swapped = exchanged(inquiry, [c for c, _ in less], rest, step[1]), True
-            names = ", ".join(c.title for c, _ in less)
+            inquiry, swapped, known = exchanged(inquiry, gone, rest, step[1]), True, {}
+            names = ", ".join(c.title for c in gone)
             inquiry = inquiry.noting(f"{wider.label} took the place of {names}, which it is akin to, and better")
     return inquiry, swapped
 
@@ -88,15 +94,18 @@ def _simpler(inquiry: Inquiry, wider: Candidate) -> list[list[Candidate]]:
 def _with(inquiry: Inquiry, rest: Explanation, added: Sequence[Candidate]) -> Explanation | None:
     """Fitted one after the other; None where one is outside its bounds."""
     for candidate in added:
-        trial = _tried(inquiry, rest, candidate)
+        trial = _tried(_search(inquiry, rest), candidate)
         if not trial.admissible:
             return None
         rest = inquiry.case.explain((*rest.found, (candidate, trial.shapes)), rest)
     return rest
 
 
-def _tried(inquiry: Inquiry, rest: Explanation, candidate: Candidate) -> Trial:
-    search = Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
+def _search(inquiry: Inquiry, rest: Explanation) -> Search:
+    return Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
+
+
+def _tried(search: Search, candidate: Candidate) -> Trial:
     trial = search.trial(candidate)
     return search.polished(trial) if len(candidate.shapes) > 1 else trial
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, optimize, stats
+from scipy import fft, optimize, stats
 
 Array = NDArray[np.float64]
 
+BLOCK = 512  # rows
 RANK_TOLERANCE = 1e-6  # of the largest singular value of columns scaled to unit length
 
 
@@ -66,7 +67,7 @@ def fit_linear(columns: Array, target: Array) -> LinearFit:
     It allows for correlation along the K samples, since residuals of real machines are never white.
     """
     solution = _solve(columns, target)
-    residual = target - columns @ solution.estimate
+    residual = target - times(columns, solution.estimate)
     scores = np.einsum("ijk,ij->ik", columns, residual)
     count, k = len(columns), columns.shape[2]
     middle = long_run_covariance(scores) * count
@@ -77,6 +78,11 @@ def fit_linear(columns: Array, target: Array) -> LinearFit:
 def flat(columns: Array) -> Array:
     """(K, n, k) as (K n, k), where there are none, too."""
     return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
+
+
+def times(columns: Array, numbers: Array) -> Array:
+    """(K, n, ...) columns (K, n, k) times numbers (k, ...): as one product of matrices, not as K small ones."""
+    return np.asarray((flat(columns) @ numbers).reshape(*columns.shape[:2], *numbers.shape[1:]))
 
 
 def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solution:
@@ -99,8 +105,24 @@ def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solutio
 
 def _triangle(design: Array, target: Array) -> Array:
     """(k + 1, k + 1) triangular factor of [design, target]: all that least squares needs of them."""
-    stacked = np.column_stack([design, target.reshape(-1)])
-    return np.asarray(linalg.qr(stacked, mode="r", check_finite=False)[0][: stacked.shape[1]])
+    return triangle(np.column_stack([design, target.reshape(-1)]))
+
+
+def triangle(rows: Array) -> Array:
+    """(k, k) triangular factor of (m, k), with m rows where those are fewer.
+
+    Tall ones are taken in blocks that fit a processor's cache, then the triangles of those (TSQR, Demmel et al. 2012).
+    """
+    count, k = rows.shape
+    blocks = count // BLOCK if k < BLOCK // 2 else 0
+    if blocks > 1:
+        whole = rows[: blocks * BLOCK].reshape(blocks, BLOCK, k)
+        return triangle(np.concatenate([_qr(whole).reshape(-1, k), rows[blocks * BLOCK :]]))
+    return _qr(rows)
+
+
+def _qr(rows: Array) -> Array:
+    return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 def likelier(before: Array, after: Array) -> tuple[float, float]:
@@ -126,24 +148,35 @@ def long_run_covariance(scores: Array) -> Array:
     centred = scores - scores.mean(axis=0)
     lags = int(np.ceil(4.0 * (count / 100.0) ** (2.0 / 9.0)))  # Newey and West's own rule
     lags = max(lags, _correlation_length(centred))
-    weight = np.maximum(1.0 - np.arange(count) / (lags + 1.0), 0.0)
+    reach = min(lags, count - 1)
     # The weighted sum of all lagged products at once: convolution theorem, padded so that nothing wraps around.
-    spectrum = np.fft.rfft(centred, 2 * count, axis=0)
-    window = np.fft.rfft(np.concatenate([weight, [0.0], weight[:0:-1]])).real
-    window[1:-1] *= 2.0  # of a real sequence, half the spectrum is kept
-    return np.asarray((spectrum.conj().T @ (window[:, None] * spectrum)).real / (2.0 * count * count))
+    length = _padded(count + reach)
+    window = np.zeros(length)
+    window[: reach + 1] = 1.0 - np.arange(reach + 1) / (lags + 1.0)
+    window[length - reach :] = window[reach:0:-1]
+    share = np.fft.rfft(window).real
+    share[1:-1] *= 2.0  # of a real sequence, half the spectrum is kept
+    spectrum = np.fft.rfft(centred, length, axis=0)
+    return np.asarray((spectrum.conj().T @ (share[:, None] * spectrum)).real / (length * count))
+
+
+def _padded(count: int) -> int:
+    """An even length of at least so many samples, of which a Fourier transform is quick."""
+    return 2 * int(fft.next_fast_len((count + 1) // 2, real=True))
 
 
 def _correlation_length(scores: Array) -> int:
     """Samples until the autocorrelation of the slowest score has died away (first zero), at most K / 8."""
-    longest = 0
-    for column in scores.T:
-        power = np.abs(np.fft.rfft(column, 2 * len(column))) ** 2
-        correlation = np.fft.irfft(power)[: len(column) // 8]
-        if len(correlation) and correlation[0] > 0:
-            below = np.flatnonzero(correlation <= 0)
-            longest = max(longest, int(below[0]) if len(below) else len(correlation))
-    return longest
+    count = len(scores)
+    furthest = count // 8
+    length = _padded(count + furthest)
+    power = np.abs(np.fft.rfft(scores, length, axis=0)) ** 2
+    correlation = np.fft.irfft(power, length, axis=0)[:furthest]
+    if not furthest:
+        return 0
+    died = correlation <= 0
+    first = np.where(np.any(died, axis=0), np.argmax(died, axis=0), furthest)
+    return int(np.max(first, initial=0))
 
 
 def encompassing(before: Array, after: Array) -> tuple[float, float]:

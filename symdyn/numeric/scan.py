@@ -26,6 +26,7 @@ FINENESS = 2.0  # orders tried per one that the travel can tell from its neighbo
 MANY = 50_000  # orders at most: a joint that only trembles would allow no end of them
 POSITIVE = frozenset(Scan) - {Scan.ANGLE, Scan.VALUES}  # scanned by ratios, and never zero
 LEAST = 1e-12  # squared speed of a joint that stands: it shows no heat, and no scan may end at nothing
+ANEW = 64  # waves after which one is evaluated, so that rounding does not grow
 PEAKS = 6  # orders of a periodogram that are looked at closely
 
 
@@ -109,13 +110,18 @@ def orders(seen: Observation, joint: int, edge: float, waves: float = WAVES) -> 
 def periodogram(left: Array, angle: Array, speed: Array, tried: Array, edge: float) -> Array:
     """Power of ``left`` (K,) at each order of the angle (K,) in ``tried``, per sample that shows it.
 
-    A sample counts where the order passes more slowly than the band's edge.
+    A sample counts where the order passes more slowly than the band's edge. Orders rise by equal steps: each wave is
+    the one before, turned by a step.
     """
     power = np.empty(len(tried))
-    for i, order in enumerate(tried):
-        slow = order * np.abs(speed) < 2.0 * np.pi * edge
-        wave = np.exp(-1j * order * angle[slow])
-        power[i] = np.abs(np.sum(left[slow] * wave)) ** 2 / max(int(slow.sum()), 1)
+    slowest = np.argsort(np.abs(speed), kind="stable")
+    left, angle, speed = left[slowest], angle[slowest], np.abs(speed[slowest])
+    shown = np.searchsorted(speed, 2.0 * np.pi * edge / tried)
+    turned = np.exp(-1j * (tried[-1] - tried[0]) / max(len(tried) - 1, 1) * angle)
+    wave = turned
+    for i, (order, slow) in enumerate(zip(tried, shown, strict=True)):
+        wave = wave[:slow] * turned[:slow] if i % ANEW else np.exp(-1j * order * angle[:slow])
+        power[i] = np.abs(left[:slow] @ wave) ** 2 / max(int(slow), 1)
     return power
 
 

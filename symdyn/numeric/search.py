@@ -11,7 +11,7 @@ from scipy import optimize
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.regression import RANK_TOLERANCE, flat, likelier, log_loss
+from symdyn.numeric.regression import RANK_TOLERANCE, flat, likelier, log_loss, times, triangle
 from symdyn.numeric.scan import WAVES, axes, grid, screened
 from symdyn.numeric.shape_space import ShapeSpace
 from symdyn.spec.effect_schema import ParameterSchema, Scan
@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 FOLDS = 8  # contiguous blocks, so that a block's neighbours do not give it away
 LEAST = 1e-4  # of its power, that a force must take off the error beyond another to be preferred to a smaller one
+HOPE = 0.1  # of the best gain on any grid: a candidate with less is not looked at between the points of its own
 HOPEFUL = 4  # of the effects with several shape parameters, the best are worth a closer search
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
 EARNS = 0.03  # an effect that takes less than this part off the error is not worth a line in a model
@@ -47,6 +48,16 @@ class Trial:
     def admissible(self) -> bool:
         """Within the bounds of its parameters: friction that drives is no friction."""
         return within(self.candidate.linear, self.estimate)
+
+
+@dataclass(frozen=True, slots=True)
+class Scanned:
+    """The best point on a candidate's grid, and its loss less that of the current explanation."""
+
+    candidate: Candidate
+    grid: list[tuple[float, ...]]
+    best: tuple[float, ...]
+    loss: float
 
 
 def within(schemas: Sequence[ParameterSchema], values: Array) -> bool:
@@ -77,20 +88,33 @@ class Search:
         self._at = [np.ascontiguousarray(self._basis[:, joint]) for joint in range(n)]
         self._left = (self.target.reshape(-1) - basis @ (basis.T @ self.target.reshape(-1))).reshape(count, n)
         self._losses: dict[str, tuple[list[tuple[float, ...]], list[float]]] = {}  # of each candidate's grid
+        self._folded: dict[int, Array] = {}  # of each joint: what all the others say
         self._shares = [self._gram(self._basis[b], self._basis[b]) for b in self._blocks]
         self.errors = self._cross_validated(np.zeros((count, n, 0)))
 
     def trial(self, candidate: Candidate, waves: float = WAVES) -> Trial:
         """The candidate at the best values of its shape parameters; ``waves`` that the travel must hold, at least."""
-        values = grid(candidate, self.laws.joint(candidate), self.laws.bench, waves)
-        shapes = self._best_shapes(candidate, values) if candidate.shapes else ()
-        return self.at(candidate, shapes, len(values))
+        return self.closer(self.scan(candidate, waves))
+
+    def scan(self, candidate: Candidate, waves: float = WAVES) -> Scanned:
+        """The same on the grid of those values."""
+        joint = self.laws.joint(candidate)
+        values = grid(candidate, joint, self.laws.bench, waves)
+        tried = screened(candidate, values, self._left[:, joint], joint, self.laws.bench)
+        losses = [self._training_loss(candidate, value) for value in tried]
+        self._losses[candidate.label] = tried, losses
+        return Scanned(candidate, values, tried[int(np.argmin(losses))], min(losses))
+
+    def closer(self, scanned: Scanned) -> Trial:
+        """The best between the neighbours on the grid, one parameter after the other."""
+        return self.at(scanned.candidate, self._between(scanned), len(scanned.grid))
 
     def at(self, candidate: Candidate, shapes: tuple[float, ...], tests: int = 1) -> Trial:
         """The candidate at given values of them."""
         columns = self._columns(candidate, shapes)
-        estimate = self._solve(columns, self.laws.joint(candidate))
-        errors = self._cross_validated(self._orthonormal(columns, self.laws.joint(candidate)))
+        apart = self._apart(columns, self.laws.joint(candidate))
+        estimate = self._solve(apart, columns)
+        errors = self._cross_validated(self._orthonormal(apart, columns))
         gain, p_value = likelier(self.errors, errors)
         return Trial(candidate, shapes, tests, estimate, errors, gain, p_value)
 
@@ -106,16 +130,30 @@ class Search:
         return min(tried, key=lambda t: (not t.admissible, t.loss))
 
     def _unexplained(self, candidate: Candidate, shapes: tuple[float, ...]) -> Array:
-        """(K n,) what the best size of this shape leaves, on all training data."""
-        basis = self._orthonormal(self._columns(candidate, shapes), self.laws.joint(candidate))
-        left = self._left.reshape(-1)
-        made = flat(basis)  # of no columns, where the model's own take this shape up
+        """(K + r + 1,) what the best size of this shape leaves of all training data, folded at the other joints."""
+        columns, joint = self._columns(candidate, shapes), self.laws.joint(candidate)
+        own, elsewhere = self._at[joint], self._elsewhere(joint)
+        held = own.T @ columns
+        apart = np.concatenate([columns - own @ held, -elsewhere[:, :-1] @ held])
+        left = np.concatenate([self._left[:, joint], elsewhere[:, -1]])
+        made = _orthonormal(apart, columns)  # of no columns, where the model's own take this shape up
         return np.asarray(left - made @ (made.T @ left))
+
+    def _elsewhere(self, joint: int) -> Array:
+        """(r + 1, r + 1) triangle of the basis, and of what the explanation leaves, at all other joints.
+
+        What a law at one joint does to them goes through the basis alone.
+        """
+        if joint not in self._folded:
+            others = [np.column_stack([at, left]) for at, left in zip(self._at, self._left.T, strict=True)]
+            stacked = np.concatenate([np.zeros((0, others[joint].shape[1])), *others[:joint], *others[joint + 1 :]])
+            self._folded[joint] = triangle(stacked)
+        return self._folded[joint]
 
     def errors_beside(self, laws: Sequence[Candidate]) -> Array:
         """(K, n) cross-validated errors with several laws without a shape, all at one place."""
         columns = np.concatenate([self._columns(law, ()) for law in laws], axis=1)
-        return self._cross_validated(self._orthonormal(columns, self.laws.joint(laws[0])))
+        return self._cross_validated(self._orthonormal(self._apart(columns, self.laws.joint(laws[0])), columns))
 
     def errors_with(self, columns: Array) -> Array:
         """(K, n) cross-validated errors with columns (K, n, k) that act at all joints, unweighted."""
@@ -135,15 +173,10 @@ class Search:
         size = np.linalg.norm(self._columns(smaller.candidate, smaller.shapes), axis=0)
         return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * size))
 
-    def _best_shapes(self, candidate: Candidate, values: list[tuple[float, ...]]) -> tuple[float, ...]:
-        """The best of the grid, then the best between its neighbours, one parameter after the other."""
-        joint = self.laws.joint(candidate)
-        tried = screened(candidate, values, self._left[:, joint], joint, self.laws.bench)
-        losses = [self._training_loss(candidate, value) for value in tried]
-        self._losses[candidate.label] = tried, losses
-        best, lowest = tried[int(np.argmin(losses))], min(losses)
+    def _between(self, scanned: Scanned) -> tuple[float, ...]:
+        candidate, best, lowest = scanned.candidate, scanned.best, scanned.loss
         for i in range(len(best)):
-            axis = sorted({value[i] for value in values})
+            axis = sorted({value[i] for value in scanned.grid})
             at = int(np.argmin(np.abs(np.array(axis) - best[i])))
             low, high = axis[max(at - 1, 0)], axis[min(at + 1, len(axis) - 1)]
             if high <= low:
@@ -187,17 +220,16 @@ class Search:
 
     def _apart(self, columns: Array, joint: int) -> Array:
         """(K, n, k) what the current explanation does not hold of columns (K, k) at a joint."""
-        apart = -(self._basis @ (self._at[joint].T @ columns))
+        apart = -times(self._basis, self._at[joint].T @ columns)
         apart[:, joint] += columns
-        return np.asarray(apart)
+        return apart
 
-    def _orthonormal(self, columns: Array, joint: int) -> Array:
+    @staticmethod
+    def _orthonormal(apart: Array, columns: Array) -> Array:
         """(K, n, r) an orthonormal basis of that."""
-        apart = self._apart(columns, joint)
-        return _orthonormal(apart.reshape(-1, apart.shape[2]), columns).reshape(*apart.shape[:2], -1)
+        return _orthonormal(flat(apart), columns).reshape(*apart.shape[:2], -1)
 
-    def _solve(self, columns: Array, joint: int) -> Array:
-        apart = self._apart(columns, joint)
+    def _solve(self, apart: Array, columns: Array) -> Array:
         alone = flat(apart)
         size = np.linalg.norm(columns, axis=0) + 1e-300
         return np.asarray(np.linalg.lstsq(alone / size, self._left.reshape(-1), rcond=RANK_TOLERANCE)[0] / size)
@@ -223,7 +255,7 @@ class Search:
             kept = values > SEEN
             estimate = vectors[:, kept] @ ((vectors[:, kept].T @ sums) / values[kept])
             split = base.shape[2]
-            errors[block] = self.target[block] - base @ estimate[:split] - more @ estimate[split:]
+            errors[block] = self.target[block] - times(base, estimate[:split]) - times(more, estimate[split:])
         return errors
 
 
@@ -242,14 +274,20 @@ def rank(
     Returns (earning, best first; inadmissible ones that would have earned it). Explanations that
     cannot be told from the best (``TIE``), or nearly do as well, are ordered by how few numbers they bring.
     """
-    trials = []
+    scanned = []
     for candidate in proposed:
         progress(candidate.label)
-        trials.append(search.trial(candidate))
+        scanned.append(search.scan(candidate))
+    least = HOPE * min((s.loss for s in scanned), default=0.0)
+    tests = sum(len(s.grid) for s in scanned)
+    trials = []
+    for s in scanned:
+        trial = search.closer(s) if s.loss <= least else search.at(s.candidate, s.best, len(s.grid))
+        hasty = s.loss > least and trial.gain > 0 and trial.p_value * tests < level and not trial.admissible
+        trials.append(search.closer(s) if hasty else trial)
     several = [t for t in trials if len(t.candidate.shapes) > 1 and t.gain > 0]
     for trial in sorted(several, key=lambda t: t.loss)[:HOPEFUL]:
         trials[trials.index(trial)] = search.polished(trial)
-    tests = sum(trial.tests for trial in trials)
     earning = [t for t in trials if t.gain > 0 and t.p_value * tests < level]
     refused = [t for t in earning if not t.admissible]
     earning = sorted((t for t in earning if t.admissible), key=lambda t: t.loss)

@@ -14,7 +14,7 @@ from symdyn.numeric.candidates import Candidate, bounds, candidates
 from symdyn.numeric.carried import frictions
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
-from symdyn.numeric.laws import Laws
+from symdyn.numeric.laws import Known, Laws
 from symdyn.numeric.observation import Observation, observe
 from symdyn.numeric.probe import Key, Probe, probes
 from symdyn.numeric.reading import Reading, declared
@@ -43,6 +43,7 @@ class Setting:
     revised: tuple[Revised, ...] = ()  # what readings and robot were told wrong
     held: frozenset[str] = frozenset()  # what the model is right about
     _shown: dict[tuple[str, float], Observation] = field(default_factory=dict)  # by recording and band
+    _forces: dict[tuple[float, float], dict[tuple[bool, int, Reading], Known]] = field(default_factory=dict)
 
     @property
     def joints(self) -> list[str]:
@@ -103,10 +104,18 @@ class Setting:
             recording = self.training if training else self.heldout
             self._shown[key] = observe(self.robot, self.kernel, recording, room)
         seen = read(self._shown[key], self.readings)
-        return self._of(Workbench(self.kernel, seen, band_of(cutoff, seen.rate)))
+        return self._of(Workbench(self.kernel, seen, band_of(cutoff, seen.rate)), self._known(training, cutoff, room))
 
-    def _of(self, bench: Workbench) -> Laws:
-        return Laws(self.probes, bench, self.joints, frictions(self.robot), self.seen.cutoff)
+    def _known(self, training: bool, cutoff: float, room: float) -> list[Known]:
+        """Of each joint, as its motion is read: of two bands, the later one's is kept."""
+        if (cutoff, room) not in self._forces:
+            self._forces.clear()
+        known = self._forces.setdefault((cutoff, room), {})
+        moved = (Reading(gain=r.gain, offset=r.offset, motion=r.motion) for r in self.readings)
+        return [known.setdefault((training, joint, motion), {}) for joint, motion in enumerate(moved)]
+
+    def _of(self, bench: Workbench, known: list[Known] | None = None) -> Laws:
+        return Laws(self.probes, bench, self.joints, frictions(self.robot), self.seen.cutoff, known)
 
 
 def prepare(

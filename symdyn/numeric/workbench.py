@@ -13,6 +13,7 @@ from symdyn.numeric.band import Band
 from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.passive import Passive
+from symdyn.numeric.regression import times
 from symdyn.numeric.rest import MOSTLY, touched, turning
 from symdyn.numeric.span import Span, find_span
 
@@ -119,17 +120,27 @@ class Workbench:
                 if mine:
                     jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
                     raw[:, :, mine] = jacobian[:, :, [self.index[key[span.sources[i][1]]] for i in mine]]
-            self._spans[key] = span, self.bring(raw) * self.counted[:, :, None]
+            self._spans[key] = span, np.ascontiguousarray(self.bring(raw) * self.counted[:, :, None])
         return self._spans[key]
 
-    def fitted(self, p: Array, names: Sequence[str]) -> tuple[Array, Array]:
-        """(residual (K, n), columns (K, n, k)) at a ``p`` that differs from the kernel's in ``names`` alone."""
-        if not self.foldable(names):
-            return self.residual(p), self.columns(p, names)
+    def left(self, p: Array, names: Sequence[str]) -> Array:
+        """(K, n) the residual at a ``p`` that differs from the kernel's in ``names`` alone.
+
+        From the span of the names where a fit has found it: by itself it would not be worth the search.
+        """
+        if tuple(names) not in self._spans or not self.foldable(names):
+            return self.residual(p)
         span, fixed = self.span(names)
         if self._at_start is None:
             self._at_start = self.residual(span.start)
-        return self._at_start - fixed @ span.coefficients(p), fixed @ span.slopes(p, names, self.index)
+        return self._at_start - times(fixed, span.coefficients(p))
+
+    def moved(self, p: Array, names: Sequence[str]) -> Array:
+        """(K, n, k) d inverse dynamics / d parameter there."""
+        if not self.foldable(names):
+            return self.columns(p, names)
+        span, fixed = self.span(names)
+        return times(fixed, span.slopes(p, names, self.index))
 
     def bring(self, values: Array) -> Array:
         """(N, ...) to (K, ...): into the analysis band, if there is one."""

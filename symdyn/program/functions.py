@@ -128,7 +128,11 @@ class _Functions:
             if self.p.symbols:
                 by_parameters = differentiate(output, self.p.symbols, "output_parameter_jacobian")
                 found.append(Function(by_parameters, "d output / d p."))
-        return (*found, *kinematic_functions(equations))
+        found += kinematic_functions(equations)
+        if self.z:
+            rates = replace(self.rates(), name="hidden_state_derivative")
+            found.append(Function(rates, "Time derivative of the hidden states alone, along a motion that is known."))
+        return tuple(found)
 
     def lower(
         self, name: str, arguments: tuple[Argument, ...], outputs: Sequence[sp.Expr], steps: Sequence[Step] = ()

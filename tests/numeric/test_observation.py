@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from symdyn.base.errors import InputError
 from symdyn.compiler import compile_robot, load_robot
@@ -73,6 +74,14 @@ def test_low_pass_keeps_phase_and_halves_the_power_twice_at_its_edge() -> None:
     assert low_pass(edge, RATE, 0.4 * RATE) is edge
     constant = np.full(300, 3.0)
     np.testing.assert_allclose(low_pass(constant, RATE, 5.0), constant, rtol=1e-9)
+
+
+@pytest.mark.parametrize("shape", [(400,), (400, 3), (400, 3, 2), (9, 2), (1, 2)])
+def test_low_pass_is_that_of_scipy(shape: tuple[int, ...]) -> None:
+    values = np.random.default_rng(0).standard_normal(shape) + 3.0
+    sections = signal.butter(4, 20.0, fs=RATE, output="sos")
+    expected = signal.sosfiltfilt(sections, values, axis=0, padlen=min(len(values) - 1, 75))
+    np.testing.assert_allclose(low_pass(values, RATE, 20.0), expected, rtol=0, atol=1e-12)
 
 
 def test_a_jump_across_a_gap_is_no_motion(robot: Robot, kernel: Kernel) -> None:

@@ -142,6 +142,22 @@ def test_long_run_covariance_of_correlated_noise() -> None:
         assert np.mean(found) == pytest.approx(1.0 / (1.0 - phi) ** 2, rel=0.18)
 
 
+@pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 100, 257])
+def test_long_run_covariance_is_the_weighted_sum_of_lagged_products(count: int) -> None:
+    scores = np.cumsum(np.random.default_rng(4).standard_normal((count, 2)), axis=0)
+    scores -= scores.mean(axis=0)
+    reach = int(np.ceil(4.0 * (count / 100.0) ** (2.0 / 9.0)))
+    for column in scores.T:
+        lagged = [float(column[lag:] @ column[: count - lag]) for lag in range(count // 8)]
+        died = [lag for lag, product in enumerate(lagged) if product <= 0.0]
+        reach = max(reach, died[0] if died else len(lagged))
+    expected = scores.T @ scores / count
+    for lag in range(1, min(reach, count - 1) + 1):
+        product = scores[lag:].T @ scores[: count - lag] / count
+        expected = expected + (1.0 - lag / (reach + 1.0)) * (product + product.T)
+    np.testing.assert_allclose(long_run_covariance(scores), expected, rtol=1e-9, atol=1e-12)
+
+
 def test_long_run_covariance_is_symmetric_and_not_negative() -> None:
     rng = np.random.default_rng(3)
     scores = np.column_stack([correlated(rng, 300, phi) for phi in (0.9, -0.8, 0.2)])

@@ -7,6 +7,8 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.candidates import candidates
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.explanation import Case
 from symdyn.numeric.findings import Verdict
@@ -17,6 +19,7 @@ from symdyn.numeric.search import FOLDS, Search
 from symdyn.numeric.setting import Setting, prepare
 from symdyn.spec.records import Quantity, Robot, Side
 
+from .arm_of_two import ARM_OF_TWO, run
 from .pendulum import ANGLE_NOISE, ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, Array, pendulum, record
 
 HELDOUT = 100
@@ -74,6 +77,37 @@ def test_periodogram_peaks_at_the_order_that_is_there() -> None:
     tried = np.arange(1.0, 60.0, 0.1)
     power = periodogram(left, angle, np.ones(5000), tried, 100.0)
     assert tried[peaks(power)[0]] == pytest.approx(37.3, abs=0.11)
+
+
+@pytest.mark.parametrize("count", [1, 2, 500])
+def test_periodogram_is_the_power_of_each_wave_where_it_is_slow(count: int) -> None:
+    rng = np.random.default_rng(1)
+    angle, left = np.cumsum(rng.uniform(0.0, 0.01, 2000)), rng.standard_normal(2000)
+    speed, tried = rng.uniform(-3.0, 3.0, 2000), 2.0 + 0.25 * np.arange(count)
+    expected = []
+    for order in tried:
+        slow = order * np.abs(speed) < 2.0 * np.pi * 10.0
+        wave = np.exp(1j * order * angle[slow])
+        expected.append(np.abs(np.vdot(wave, left[slow])) ** 2 / max(int(np.sum(slow)), 1))
+    found = periodogram(left, angle, speed, tried, 10.0)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * max(expected))
+
+
+def test_what_a_shape_leaves_is_as_large_folded() -> None:
+    """At one joint of two, beside the parameters of the model: least squares on all rows leaves as much."""
+    arm = robot_from_text(ARM_OF_TWO, "two.toml")
+    case = prepare(arm, run(1), run(1 + HELDOUT), lambda _: None).case(5.0)
+    given = case.explain()
+    search = Search(case.laws, given.fit.p, given.training, given.design, given.weight)
+    for place in ("one", "two"):
+        (law,) = (c for c in candidates(arm) if (c.effect, c.place.address) == ("stribeck_friction", place))
+        columns = case.laws.spread(law, case.laws.columns(law, (0.3,), given.fit.p))
+        design = np.concatenate([given.design, columns], axis=2) * given.weight[:, None]
+        target = given.training * given.weight
+        expected = target - design @ solve_linear(design, target)
+        folded = search._unexplained(law, (0.3,))
+        assert len(folded) < expected.size
+        assert np.sum(folded**2) == pytest.approx(np.sum(expected**2), rel=1e-9)
 
 
 @pytest.mark.parametrize("level", [pytest.param(0.5, marks=pytest.mark.slow), 0.0])

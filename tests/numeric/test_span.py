@@ -32,7 +32,7 @@ def test_sum_of_columns_is_the_model_at_any_parameters() -> None:
     for _ in range(5):
         p = own.kernel.values
         p[[own.index[name] for name in NAMES]] = rng.uniform(0.01, 3.0, len(NAMES))
-        residual, columns = own.fitted(p, NAMES)
+        residual, columns = own.left(p, NAMES), own.moved(p, NAMES)
         np.testing.assert_allclose(residual, own.residual(p), atol=1e-9 * np.abs(own.effort).max())
         np.testing.assert_allclose(columns, own.columns(p, NAMES), atol=1e-9 * np.abs(columns).max())
 
@@ -68,7 +68,7 @@ def test_characteristic_speed_is_no_sum_of_columns_and_still_evaluated() -> None
     names = (*NAMES, "arm_stribeck_friction_excess", "arm_stribeck_friction_stribeck_velocity")
     assert not own.foldable(names)
     p = own.kernel.values
-    residual, columns = own.fitted(p, names)
+    residual, columns = own.left(p, names), own.moved(p, names)
     assert np.array_equal(residual, own.residual(p))
     assert np.array_equal(columns, own.columns(p, names))
 
@@ -76,4 +76,4 @@ def test_characteristic_speed_is_no_sum_of_columns_and_still_evaluated() -> None
 @pytest.mark.parametrize("names", [(), ("b",)])
 def test_nothing_else_is_moved(names: tuple[str, ...]) -> None:
     own = bench()
-    assert own.fitted(own.kernel.values, names)[1].shape[2] == len(names)
+    assert own.moved(own.kernel.values, names).shape[2] == len(names)
