@@ -29,6 +29,7 @@ CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
 TURNS = 4  # of a fit with friction by load, in each of which the load follows the last: a turn leaves a tenth
+STEPS = 5  # of a fit of all else, between two of those
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
 SCALES = frozenset({Scan.SPEED, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
@@ -151,7 +152,7 @@ class Case:
         return self._design(laws, of.found, of.fit.p, of.fitted)
 
     def _settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
-        """Shape parameters by Gauss-Newton around the fit of all others, which is cheap."""
+        """Shape parameters by Gauss-Newton around the fit of all others, of which a few steps do until they settle."""
         weighed = p
         p, state, loss = self._linear(found, p, state, weight, weighed)
         count = sum(len(c.shapes) for c, _ in found)
@@ -164,7 +165,7 @@ class Case:
                     Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
                     for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
                 ]
-                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed)
+                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed, STEPS)
                 if lower < loss:
                     break
             else:
@@ -172,6 +173,8 @@ class Case:
             fall, p, state, loss = loss - lower, trial_p, trial, lower
             if fall <= SETTLED * loss:
                 break
+        if count:
+            p, state, _ = self._linear(found, p, state, weight, weighed)
         return p, state
 
     @staticmethod
@@ -191,7 +194,7 @@ class Case:
         return parts
 
     def _linear(
-        self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array
+        self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array, steps: int | None = None
     ) -> tuple[Array, list[Fitted], float]:
         """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``."""
         limits, known = bounds(self.robot), sizes(self.robot)
@@ -203,7 +206,19 @@ class Case:
         for _ in range(TURNS if loaded else 1):
             added = self._added(self.laws, found, state, p)
             p, start = minimise(
-                self.bench, p, self.own, added, start, names, weight, limits, known, self.spread, self.unknown, weighed
+                self.bench,
+                p,
+                self.own,
+                added,
+                start,
+                names,
+                weight,
+                limits,
+                known,
+                self.spread,
+                self.unknown,
+                weighed,
+                steps,
             )
         done, at = [], 0
         for f in state:

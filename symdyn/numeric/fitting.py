@@ -83,6 +83,7 @@ def minimise(
     spread: float = np.inf,
     unknown: frozenset[str] = frozenset(),
     weighed: Array | None = None,
+    steps: int | None = None,
 ) -> tuple[Array, Array]:
     """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
 
@@ -90,7 +91,8 @@ def minimise(
     kernel's own parameters are thought to have in the model as given. Wide as it is, it decides along directions that
     a recording hardly tells.
     Of ``unknown`` ones nothing is thought. ``weighed``: parameters at which residuals have the size that the weights
-    are for, those of the start if None; what no effort drives has it from the inertia (``Passive``).
+    are for, those of the start if None; what no effort drives has it from the inertia (``Passive``). ``steps``, if
+    given: it stops where it is after so many.
     """
     where = [*(bench.index[name] for name in names), *range(len(p), len(p) + len(start))]
     x0 = np.concatenate([p, start])
@@ -108,7 +110,7 @@ def minimise(
     if bench.passive.joints:
         problem = _Sized(problem, bench, names, bench.passive.inertia(p if weighed is None else weighed))
     size = sized([*names, *added_names], x0[where], sizes)
-    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits, size)
+    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits, size, steps)
     return x[: len(p)], x[len(p) :]
 
 
@@ -176,10 +178,10 @@ class _Weighted:
         return float(np.sum(self.residual(part) ** 2))
 
 
-def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array) -> Array:
+def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array, steps: int | None) -> Array:
     part = problem.x[problem.where]
     previous = problem.loss(part)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(MAX_ITERATIONS if steps is None else steps):
         columns, target = problem.columns(part)[:, None], problem.residual(part)[:, None]
         step = solve_bounded(columns, target, size, limits[0] - part, limits[1] - part)
         part, loss = _line_search(problem, part, step, previous)
@@ -187,7 +189,7 @@ def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array) -> A
         if fall <= SETTLED * previous:
             break
     else:
-        if fall > CREEPING * previous:
+        if steps is None and fall > CREEPING * previous:
             part = _trust_region(problem, part, size, limits)
     return problem.at(part)
 

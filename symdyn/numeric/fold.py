@@ -37,26 +37,38 @@ class Plain:
 
 
 class Folded:
-    """The same sums of squares, from triangular factors; exact where the model lies in its span."""
+    """The same sums of squares, from factors of the columns; exact where the model lies in its span.
+
+    The span's columns, and the residual at its start, are factored once for a bench: of added columns, which are others
+    in every fit, the part beyond them is left, and of those only what acts at a joint.
+    """
 
     def __init__(self, bench: Workbench, names: Sequence[str], added: Array) -> None:
         self.names, self.index, self.size = list(names), bench.index, len(bench.kernel.parameters)
         self.span, fixed = bench.span(names)
         self.fixed, count = fixed.shape[2], added.shape[2]
-        start = bench.left(self.span.start, names)
-        rows = self.fixed + count + 1
-        self._triangles = np.zeros((rows, start.shape[1], rows))
-        for j in range(start.shape[1]):
-            stacked = np.concatenate([fixed[:, j], added[:, j], start[:, [j]]], axis=1)
-            folded = triangle(stacked)
-            self._triangles[: len(folded), j] = folded
+        parts = [self._at(factors, added[:, j]) for j, factors in enumerate(bench.factors(names))]
+        self._rows = np.zeros((max(len(part) for part in parts), len(parts), self.fixed + count + 1))
+        for j, part in enumerate(parts):
+            self._rows[: len(part), j] = part
+
+    def _at(self, factors: tuple[Array, Array], added: Array) -> Array:
+        """(m, fixed + e + 1) rows of one joint: the span's columns, those that are added, the residual at the start."""
+        basis, known = factors
+        acting = np.flatnonzero(np.any(added, axis=0))
+        held = basis.T @ added[:, acting]
+        beyond = triangle(added[:, acting] - basis @ held)
+        rows = np.zeros((len(known) + len(beyond), self.fixed + added.shape[1] + 1))
+        rows[: len(known), : self.fixed], rows[: len(known), -1] = known[:, :-1], known[:, -1]
+        rows[: len(known), self.fixed + acting], rows[len(known) :, self.fixed + acting] = held, beyond
+        return rows
 
     def residual(self, x: Array) -> Array:
-        t = self._triangles
+        t = self._rows
         own = t[:, :, : self.fixed] @ self.span.coefficients(x[: self.size])
         return np.asarray(t[:, :, -1] - own - t[:, :, self.fixed : -1] @ x[self.size :])
 
     def columns(self, x: Array) -> Array:
-        t = self._triangles
+        t = self._rows
         own = t[:, :, : self.fixed] @ self.span.slopes(x[: self.size], self.names, self.index)
         return np.concatenate([own, t[:, :, self.fixed : -1]], axis=2)

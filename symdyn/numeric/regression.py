@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,10 +56,11 @@ def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, uppe
     design = np.vstack([triangle[:k, :k], whisper])
     target = np.concatenate([triangle[:k, k], np.zeros(k)])
     limits = (lower / size, upper / size)
-    found = optimize.lsq_linear(design, target, bounds=limits, method="bvls")  # few bounds bind: quick, and exact
-    if not found.success:
-        found = optimize.lsq_linear(design, target, bounds=limits)
-    return np.asarray(found.x * size)
+    with suppress(np.linalg.LinAlgError):  # LAPACK's divide and conquer fails once in very many times
+        found = optimize.lsq_linear(design, target, bounds=limits, method="bvls")  # few bounds bind: quick, and exact
+        if found.success:
+            return np.asarray(found.x * size)
+    return np.asarray(optimize.lsq_linear(design, target, bounds=limits).x * size)
 
 
 def fit_linear(columns: Array, target: Array) -> LinearFit:
@@ -114,7 +116,7 @@ def triangle(rows: Array) -> Array:
     Tall ones are taken in blocks that fit a processor's cache, then the triangles of those (TSQR, Demmel et al. 2012).
     """
     count, k = rows.shape
-    blocks = count // BLOCK if k < BLOCK // 2 else 0
+    blocks = count // BLOCK if 0 < k < BLOCK // 2 else 0
     if blocks > 1:
         whole = rows[: blocks * BLOCK].reshape(blocks, BLOCK, k)
         return triangle(np.concatenate([_qr(whole).reshape(-1, k), rows[blocks * BLOCK :]]))

@@ -46,6 +46,7 @@ class Workbench:
         self.reference = self._reference()  # (K, n) what errors are compared with
         self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
         self._spans: dict[tuple[str, ...], tuple[Span, Array]] = {}
+        self._factors: dict[tuple[str, ...], list[tuple[Array, Array]]] = {}
         self._at_start: Array | None = None
 
     @cached_property
@@ -122,6 +123,18 @@ class Workbench:
                     raw[:, :, mine] = jacobian[:, :, [self.index[key[span.sources[i][1]]] for i in mine]]
             self._spans[key] = span, np.ascontiguousarray(self.bring(raw) * self.counted[:, :, None])
         return self._spans[key]
+
+    def factors(self, names: Sequence[str]) -> list[tuple[Array, Array]]:
+        """Of each joint, an orthonormal basis (K, r) of those columns and of the residual at the span's start, and what
+        makes them of it (r, columns + 1).
+        """
+        key = tuple(names)
+        if key not in self._factors:
+            span, fixed = self.span(names)
+            start = self.left(span.start, names)
+            stacked = (np.column_stack([fixed[:, j], start[:, j]]) for j in range(start.shape[1]))
+            self._factors[key] = [(q, r) for q, r in map(np.linalg.qr, stacked)]
+        return self._factors[key]
 
     def left(self, p: Array, names: Sequence[str]) -> Array:
         """(K, n) the residual at a ``p`` that differs from the kernel's in ``names`` alone.

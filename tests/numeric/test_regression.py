@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import optimize, signal
 
 from symdyn.numeric.regression import encompassing, fit_linear, long_run_covariance, solve_bounded, solve_linear
 
@@ -107,6 +109,20 @@ def test_bounded_solution_is_optimal(seed: int) -> None:
             assert slope < 1e-3
         else:
             assert abs(slope) < 1e-3
+
+
+def test_bounds_hold_where_lapack_gives_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    columns, target = np.array([[[1.0, 1.0]], [[0.0, 1.0]], [[1.0, 0.0]]]), np.array([[4.0], [1.0], [3.0]])
+    plain = optimize.lsq_linear
+
+    def fails(*args: Any, method: str = "trf", **options: Any) -> Any:
+        if method == "bvls":
+            raise np.linalg.LinAlgError
+        return plain(*args, method=method, **options)
+
+    monkeypatch.setattr(optimize, "lsq_linear", fails)
+    found = solve_bounded(columns, target, np.ones(2), np.full(2, -np.inf), np.array([1.0, np.inf]))
+    np.testing.assert_allclose(found, [1.0, 2.0], atol=1e-4)
 
 
 def test_bound_that_binds_moves_the_other_parameters() -> None:
