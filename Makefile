@@ -25,7 +25,7 @@ demo: $(STAMP) ## explain a recording by the physics that its model lacks; write
 	@$(BIN)/symdyn demo
 
 test: $(STAMP) ## run the tests, all but the slow ones
-	@$(PYTEST) -n auto -m "not slow"
+	@$(PYTEST) -n auto --dist worksteal -m "not slow"
 
 test-slow: $(STAMP) ## run the slow tests
 	@$(PYTEST) -n auto -m slow
