@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,25 +123,6 @@ class Case:
         return Explanation(
             found, done, tuple(state), weight, design, training, self._residual(self.judged, found, p, state)
         )
-
-    def followed(self, near: Explanation) -> Explanation:
-        """``near`` in this case, on training data: all but weights and shapes fitted anew.
-
-        What it says of uncertainty and of held-out data is as it was.
-        """
-        found, p = near.found, near.fit.p
-        p, state, _ = self._linear(found, p, list(near.fitted), near.weight, p)
-        training, design = self._residual(self.laws, found, p, state), self._design(self.laws, found, p, state)
-        return replace(near, fit=replace(near.fit, p=p), fitted=tuple(state), design=design, training=training)
-
-    def stepped(self, of: Explanation, step: Array) -> Explanation:
-        """Its shapes moved by their part of a step of everything that is fitted."""
-        parts = zip(of.found, of.fitted, self._shape_part(of.found, step), strict=True)
-        moved = tuple(
-            replace(f, shapes=self._moved(self.laws.room(c, scanned), f.shapes, change))
-            for (c, scanned), f, change in parts
-        )
-        return replace(of, fitted=moved)
 
     def residual(self, laws: Laws, of: Explanation) -> Array:
         """(K, n) of another recording, or the same in another band."""

@@ -171,10 +171,9 @@ def _revised(
     least = HALF * max((stands - trial.loss for trial in best), default=0.0)
     earning = [t for t in trials if t.p_value * tests < LEVEL and stands - t.loss > least]
     fitted: list[tuple[RevisionTrial, Inquiry]] = []
-    most = np.inf if effect is None else log_loss(effect.training)
     for trial in sorted(earning, key=lambda t: t.loss)[:BEST]:
         try:
-            after = trial.revision.revised(inquiry, trial.tried, most)
+            after = trial.revision.revised(inquiry, trial.tried)
         except NumericalError:
             continue
         if after is None or not after.case.earns(inquiry.current, after.current):

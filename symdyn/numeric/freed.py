@@ -144,7 +144,7 @@ class Freed:
         bench = Workbench(setting.kernel, old.observation, old.band)
         return [bench.columns(self._values(inquiry, setting, self.numbers.unit), tuple(names.values()))]
 
-    def revised(self, inquiry: Inquiry, tried: int, most: float = np.inf) -> Inquiry | None:
+    def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         current, columns = inquiry.current, self.columns(inquiry)[tried]
         design = np.concatenate([current.design, columns], axis=2)
         step = fit_linear(design * current.weight[:, None], current.training * current.weight).estimate

@@ -11,7 +11,7 @@ from symdyn.numeric.explanation import Explanation, Revised, joint_errors
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.reading import READERS
-from symdyn.numeric.regression import LinearFit, fit_linear, log_loss
+from symdyn.numeric.regression import LinearFit, fit_linear
 from symdyn.numeric.setting import Setting
 from symdyn.physics import catalogue
 from symdyn.spec.records import Place
@@ -19,7 +19,6 @@ from symdyn.spec.records import Place
 Array = NDArray[np.float64]
 
 ROUNDS = 10  # of Gauss-Newton
-CLEARLY = 0.9  # of what it must take off the loss: what takes off less, all but weights and shapes fitted, never will
 NEAR = 1e-2  # standard errors: a step that small has settled
 LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65)  # quantiles of the effort: limits that are tried
 ALWAYS = 0.9  # of the samples: what is that often at its limit tells nothing of the size of efforts any more
@@ -58,69 +57,39 @@ class Misread:
             (before - self._residual(inquiry, inquiry.current, value))[:, :, None] for value in self._limits(inquiry)
         ]
 
-    def revised(self, inquiry: Inquiry, tried: int, most: float = np.inf) -> Inquiry | None:
+    def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         limited = self.what == "limit"
-        return self._from(inquiry, self._limits(inquiry)[tried] if limited else self._stands(inquiry.setting), most)
+        return self._from(inquiry, self._limits(inquiry)[tried] if limited else self._stands(inquiry.setting))
 
     def refitted(self, inquiry: Inquiry) -> Inquiry | None:
-        return self._from(inquiry, self._stands(inquiry.setting), np.inf)
+        return self._from(inquiry, self._stands(inquiry.setting))
 
-    def _from(self, inquiry: Inquiry, value: float, most: float) -> Inquiry | None:
+    def _from(self, inquiry: Inquiry, value: float) -> Inquiry | None:
         """Fitted, from that value on."""
-        current, setting = inquiry.current, inquiry.setting
-        followed = self._followed(inquiry, value)
-        if followed is None:
-            return None
-        value, current = followed
-        stands = log_loss(inquiry.current.training)
-        if log_loss(current.training) - stands > CLEARLY * (most - stands):
-            return None
+        case, current = inquiry.case, inquiry.current
         for _ in range(ROUNDS):
-            case = self._setting(setting, value).case(*inquiry.band)
+            case = self._setting(inquiry.setting, value).case(*inquiry.band)
             current = case.explain(current.found, current)
             last = self._joint_fit(inquiry, current, value)
             step = float(last.estimate[-1])
             if not np.isfinite(step) or abs(step) <= NEAR * float(last.standard_error[-1]):
                 break
             value += step
-            if not self._credible(value):
+            if not LOWEST[self.what] < value < HIGHEST[self.what]:
                 return None
-        else:
-            case = self._setting(setting, value).case(*inquiry.band)
-            current = case.explain(current.found, current)
         if not last.identifiable[-1]:
             return None
         se = float(last.standard_error[-1])
-        known = next((r.values for r in setting.revised if (r.effect, r.place) == self.key), {})
+        known = next((r.values for r in inquiry.setting.revised if (r.effect, r.place) == self.key), {})
         values = {**known, self.what: Estimate(value, se, self.unit)}
         title = catalogue()[self.effect].title
         if len(READERS[self.effect]) > 1 and len(values) == 1:
             title = f"{title} {self.what}"
         revised = Revised(self.effect, title, self.place.address, values)
-        setting = self._setting(setting, value).with_revision(revised)
-        after = replace(inquiry, setting=setting, case=replace(case, revised=setting.revised), current=current)
+        setting = self._setting(inquiry.setting, value).with_revision(revised)
+        case = setting.case(*inquiry.band)
+        after = replace(inquiry, setting=setting, case=case, current=case.explain(current.found, current))
         return after if self._tells_more(inquiry, after) else None
-
-    def _followed(self, inquiry: Inquiry, value: float) -> tuple[float, Explanation] | None:
-        """The value near which it settles, with all else following it but the weights: quick, and all the way but the
-        last step. None where it leaves what is credible.
-        """
-        current = inquiry.current
-        for _ in range(ROUNDS):
-            laws = self._setting(inquiry.setting, value).training_laws(*inquiry.band)
-            case = replace(inquiry.case, laws=laws)
-            current = case.followed(current)
-            last = self._joint_fit(inquiry, current, value)
-            step = float(last.estimate[-1])
-            if not np.isfinite(step) or abs(step) <= NEAR * float(last.standard_error[-1]):
-                break
-            value, current = value + step, case.stepped(current, last.estimate)
-            if not self._credible(value):
-                return None
-        return value, current
-
-    def _credible(self, value: float) -> bool:
-        return LOWEST[self.what] < value < HIGHEST[self.what]
 
     def _joint_fit(self, inquiry: Inquiry, current: Explanation, value: float) -> LinearFit:
         """Of a step of the value, last, together with all other parameters."""

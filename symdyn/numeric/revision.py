@@ -31,10 +31,8 @@ class Revision(Protocol):
     def columns(self, inquiry: Inquiry) -> list[Array]:
         """For every value that is tried, (K, n, k): what it takes off the residual, per unit of k numbers."""
 
-    def revised(self, inquiry: Inquiry, tried: int, most: float = ...) -> Inquiry | None:
+    def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         """The case set right, with everything fitted anew; None where that runs out of bounds.
-
-        None may also be told of what leaves clearly more than ``most`` (``log_loss`` on training data).
 
         Raises NumericalError where it does not settle.
         """
