@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import astuple, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -113,19 +113,19 @@ def robot_into_urdf(robot: Robot, urdf: str | Path, chain: Chain = WHOLE) -> str
 def compile_robot(
     robot: Robot,
     smoothing: float | Mapping[str, float] | None = None,
-    wanted: Callable[[str], bool] = lambda _: True,
+    only: Collection[str] | None = None,
 ) -> Compiled:
     """Derive, build and optimise the programs. Nothing is printed, or compiled by Numba, before it is asked for.
 
     ``smoothing`` replaces jumps by slopes of that width, for solvers that cannot locate events; with a width for
-    each coordinate, by its address, those of friction alone, for filters. Functions that are not ``wanted``, by name,
-    are left out: most of the time goes into optimising them.
+    each coordinate, by its address, those of friction alone, for filters. Functions beside ``only`` these, by
+    name, are left out: most of the time goes into optimising them.
     """
     with collector_paused():
         equations = equations_of_motion(robot)
         if smoothing is not None:
             require_continuous(equations, "a simulation with smoothing")
-        chosen = [f for f in functions(equations, smoothing) if wanted(f.name)]
+        chosen = [f for f in functions(equations, smoothing) if only is None or f.name in only]
         return Compiled(robot, equations, forms(equations, chosen))
 
 
@@ -136,7 +136,7 @@ def parametric_kernel(robot: Robot) -> Kernel:
     """
     free = replace(robot, parameters=tuple(replace(p, value=None) for p in robot.parameters))
     values = tuple(math.nan if p.value is None else p.value for p in robot.parameters)
-    return replace(compile_robot(free, wanted=FITTED.__contains__).kernel(), given=values)
+    return replace(compile_robot(free, only=FITTED).kernel(), given=values)
 
 
 def compile_hybrid(robot: Robot) -> Kernel:

@@ -13,9 +13,8 @@ import numpy as np
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.forward import first_that_earns
 from symdyn.numeric.inquiry import Inquiry
-from symdyn.numeric.nested import exchanged, explained_without
+from symdyn.numeric.nested import exchanged, explained_without, search_beside
 from symdyn.numeric.scan import WAVES
-from symdyn.numeric.search import Search
 from symdyn.physics import catalogue
 from symdyn.physics.effect import Effect
 from symdyn.spec.effect_schema import Scan
@@ -38,7 +37,7 @@ def waves_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[In
         names = ", ".join(c.title for c in less)
         progress(f"instead of {names} at {wave.place.address}: {wave.title} of few waves")
         rest = explained_without(inquiry, less)
-        search = Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
+        search = search_beside(inquiry, rest)
         trial = search.trial(wave, ONCE)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.gain > 0.0 and trial.admissible else None
         if step is not None:

@@ -36,7 +36,7 @@ def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
         labels = tuple(c.label for c in gone)
         if labels not in known:
             without = explained_without(inquiry, gone)
-            known[labels] = without, _search(inquiry, without)
+            known[labels] = without, search_beside(inquiry, without)
         rest, search = known[labels]
         trial = _tried(search, wider)
         step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
@@ -94,14 +94,15 @@ def _simpler(inquiry: Inquiry, wider: Candidate) -> list[list[Candidate]]:
 def _with(inquiry: Inquiry, rest: Explanation, added: Sequence[Candidate]) -> Explanation | None:
     """Fitted one after the other; None where one is outside its bounds."""
     for candidate in added:
-        trial = _tried(_search(inquiry, rest), candidate)
+        trial = _tried(search_beside(inquiry, rest), candidate)
         if not trial.admissible:
             return None
         rest = inquiry.case.explain((*rest.found, (candidate, trial.shapes)), rest)
     return rest
 
 
-def _search(inquiry: Inquiry, rest: Explanation) -> Search:
+def search_beside(inquiry: Inquiry, rest: Explanation) -> Search:
+    """For what explains the case on top of ``rest``."""
     return Search(inquiry.case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
 
 
