@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -40,7 +41,11 @@ class Study:
     varied: OneAtATime
     control: Reduction
     whole: Reduction
-    jumps: Jumps
+
+    @cached_property
+    def jumps(self) -> Jumps:
+        """Simulated when they are first asked for: compiling the simulations takes minutes."""
+        return jumps()
 
     @property
     def swinging(self) -> tuple[Mode, ...]:
@@ -82,7 +87,6 @@ def study() -> Study:
         varied=one_at_a_time(family, hertz),
         control=propose(family, CONTROL, TOLERANCE),
         whole=propose(family, WHOLE, TOLERANCE),
-        jumps=jumps(),
     )
 
 

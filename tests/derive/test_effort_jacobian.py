@@ -80,6 +80,7 @@ def arms_with_parallel_axes(draw: st.DrawFn) -> tuple[Robot, State]:
     return robot, draw(states_of(robot))
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(arms_with_parallel_axes())
 def test_random_arms_with_parallel_axes(case: tuple[Robot, State]) -> None:

@@ -187,6 +187,7 @@ def test_places_in_one_group_are_rivals(found: tuple[Diagnosis, Recording]) -> N
     assert "no motion was designed" in planned.told.why
 
 
+@pytest.mark.slow
 def test_friction_that_depends_on_the_load_asks_for_another_load(tmp_path: Path) -> None:
     drive = '\n[joint.drive]\nratio = 1\nrotors = [ { name = "motor", inertia = 1e-4 } ]\n'
     drive += 'shafts = [ { name = "belt", from = "motor", to = "joint", stiffness = 1e3, damping = 0.1 } ]\n'

@@ -304,6 +304,7 @@ def test_what_no_single_variable_tells_is_not_called_complete(robot: Robot, name
     assert found.remaining.share > 0.5
 
 
+@pytest.mark.slow
 def test_a_finding_has_no_rival_that_contains_it(robot: Robot) -> None:
     """A spring without stiffness is an offset: it fits as well by being the same."""
     found = diagnosed(robot, lambda t, q, v, a: np.full_like(q, 0.2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.setting import prepare
@@ -29,6 +30,7 @@ def test_a_load_does_not_hold_the_noise_of_positions() -> None:
     assert np.std(load[inner] - needed[inner]) < 0.02 * np.std(needed)
 
 
+@pytest.mark.slow
 def test_a_law_that_a_fit_would_take_beyond_its_bounds_is_refused() -> None:
     """No gear takes 1.3 times what it transmits."""
 

@@ -103,6 +103,7 @@ def test_a_force_that_is_held_over_each_sample_is_no_fault(robot: Robot) -> None
     assert float(alarm.split()[1]) == pytest.approx(0.5 * STEP, rel=0.1)
 
 
+@pytest.mark.slow
 def test_noise_of_a_passive_joint_makes_it_no_lighter(robot: Robot) -> None:
     found = diagnose(robot, record(1, 0.8), record(2, 0.8))
     (finding,) = [f for f in found.findings if f.effect != "encoder"]

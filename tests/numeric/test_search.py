@@ -130,6 +130,7 @@ def test_ripple_of_a_high_order_is_found(robot: Robot, level: float) -> None:
     assert amplitude == pytest.approx(0.15, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_ripple_that_goes_round_once_takes_the_place_of_springs(robot: Robot) -> None:
     """Six waves per turn in a travel of 1.5 rad: springs come first, then the wave; whether it repeats is open."""
 
@@ -145,6 +146,7 @@ def test_a_ripple_that_goes_round_once_takes_the_place_of_springs(robot: Robot) 
     assert any("would show whether it repeats" in alarm for alarm in found.alarms)
 
 
+@pytest.mark.slow
 def test_part_of_a_wave_may_be_a_spring(robot: Robot) -> None:
     """Over a third of a wave, a spring with more numbers does as well: which it is, the recording does not tell."""
 

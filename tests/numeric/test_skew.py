@@ -31,7 +31,7 @@ def late(seed: int, samples: int, missing: Torque | None = None) -> Recording:
     return replace(run, time=time, channels=MappingProxyType(channels), segments=(slice(0, len(time)),))
 
 
-@pytest.mark.parametrize("samples", [2, 10])
+@pytest.mark.parametrize("samples", [pytest.param(2, marks=pytest.mark.slow), 10])
 def test_late_effort_of_a_complete_model_is_a_bad_recording(samples: int) -> None:
     with pytest.raises(BadRecording) as caught:
         diagnose(pendulum(), late(1, samples), late(101, samples))

@@ -42,6 +42,7 @@ def test_four_parameters_that_are_three_numbers_need_three_columns() -> None:
     assert columns.shape[2] == len(span.sources) == 3  # m r, I + m r^2, b
 
 
+@pytest.mark.slow
 def test_gravity_that_is_fitted_from_next_to_nothing_multiplies_masses_and_is_still_a_sum() -> None:
     robot = robot_from_text(set_gravity(load_robot("stanford").text, [1e-6, 1e-6, 1e-6]), "stanford.toml")
     kernel = compile_robot(robot).kernel()

@@ -59,6 +59,7 @@ def test_offset_is_a_special_case_of_the_spring() -> None:
     assert found.separation == found.directions[1].nats
 
 
+@pytest.mark.slow
 def test_friction_that_differs_by_direction_and_dry_friction() -> None:
     """Slowly, |v| looks like nothing, and fast motions are short: a motion of its own is needed."""
     within = limits(0.2)

@@ -48,6 +48,7 @@ def test_coulomb_friction_is_named_placed_and_written_down(robot: Robot, tmp_pat
     assert 'type = "coulomb_friction"' in found.diagnosed.text
 
 
+@pytest.mark.slow
 def test_forces_that_no_law_tells_are_unexplained_and_have_their_place(robot: Robot, tmp_path: Path) -> None:
     """They are nearly white: noise of the equations, which is white, must not take them up."""
     found = diagnosed(robot, tmp_path, gusts=0.03)
@@ -57,6 +58,7 @@ def test_forces_that_no_law_tells_are_unexplained_and_have_their_place(robot: Ro
     assert found.remaining.structured
 
 
+@pytest.mark.slow
 def test_a_constant_is_found_beside_friction_though_an_unknown_force_could_take_it_up(
     robot: Robot, tmp_path: Path
 ) -> None:

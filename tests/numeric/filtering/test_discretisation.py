@@ -23,6 +23,7 @@ level = "0.03 N m"
 """
 
 
+@pytest.mark.slow
 def test_an_interval_counts_what_finer_steps_would_change(tmp_path: Path) -> None:
     robot = robot_from_text(MODEL.replace("[recording]\n", DRY), "dry.toml")
     run = record(tmp_path / "a.csv", robot, 1, coulomb=0.03)

@@ -42,6 +42,7 @@ def test_what_is_missing_is_told(robot: Robot, gone: tuple[Quantity | None, str]
         signals(robot, compile_robot(robot).kernel(), replace(recording, channels=kept))
 
 
+@pytest.mark.slow
 def test_every_equation_and_coupling_has_an_unknown_force() -> None:
     robot = load_robot("irb6-axis1")
     proposed = hypotheses(robot)

@@ -102,6 +102,7 @@ link = { mass = 1, com = [0, 0, 0] }
 """
 
 
+@pytest.mark.slow
 def test_machines_that_are_not_affine_are_simulated_side_by_side() -> None:
     """Starts and inputs may differ; a set that fails says so, and the others are as they are alone."""
     swing = machine(PENDULUM + effect("coulomb_friction", "pivot", level=0.5))

@@ -135,6 +135,7 @@ def test_a_locked_motor_heats_its_winding() -> None:
     assert book.closure < 1e-12
 
 
+@pytest.mark.slow
 def test_other_parameters_than_those_of_the_file() -> None:
     """A kernel with the resistance doubled books what a machine with that resistance does."""
     kernel = machine(WINDING).kernel

@@ -156,6 +156,7 @@ def test_asymmetric_friction_holds_by_direction() -> None:
     assert (down.time, down.after) == (pytest.approx(0.5, abs=1e-9), -1)
 
 
+@pytest.mark.slow
 def test_static_friction_above_coulomb_lets_go_at_its_peak() -> None:
     """Stribeck's excess counts in full at rest: 3 + 1.5 N."""
     m = machine(SLIDER + COULOMB + effect("stribeck_friction", "slide", excess=1.5, stribeck_velocity=0.1))

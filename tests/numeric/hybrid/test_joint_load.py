@@ -53,6 +53,7 @@ def test_without_effort_it_is_coulomb_friction_and_more() -> None:
     assert abs(found[-1, 0]) > 0.1
 
 
+@pytest.mark.slow
 def test_under_a_steady_effort() -> None:
     """Up: about u / (1 + mu) over k; back: about u / (1 - mu) over k; where that holds, it sticks."""
     omega, up, back = 3.0, 10.0 / (1.0 + MU) / 18.0, 10.0 / (1.0 - MU) / 18.0
