@@ -20,9 +20,16 @@ from symdyn.base.wording import did_you_mean
 from symdyn.faces.console import err, out, print_json, print_table, status
 from symdyn.faces.model_commands import refuse_free_parameters
 from symdyn.faces.recordings import open_recording
-from symdyn.numeric.experiment.limits import Visited, experiment_limits, read_limits, visited
+from symdyn.numeric.experiment.limits import Visited, check_names, experiment_limits, read_limits, visited
 from symdyn.numeric.experiment.motions import Motion
-from symdyn.numeric.experiment.next_experiment import Plan, Planned, after_diagnosis, between_models, for_parameters
+from symdyn.numeric.experiment.next_experiment import (
+    Given,
+    Plan,
+    Planned,
+    after_diagnosis,
+    between_models,
+    for_parameters,
+)
 from symdyn.numeric.experiment.separation import Noise
 from symdyn.numeric.findings import Diagnosis
 from symdyn.numeric.observation import observe
@@ -84,16 +91,26 @@ def run(
 def add_experiment(
     diagnosis: Diagnosis,
     training: Recording,
-    limits: Sequence[str],
+    limits: Given,
     plan: Plan,
     path: Path,
     progress: Callable[[str], None],
 ) -> Diagnosis:
     """The diagnosis with its next experiment, whose trajectory is written; unchanged where it left no question."""
-    planned = after_diagnosis(diagnosis, training, read_limits(limits), plan, progress)
+    planned = after_diagnosis(diagnosis, training, limits, plan, progress)
     if planned is None:
         return diagnosis
     return replace(diagnosis, next_experiment=written(planned, diagnosis.robot, path).told)
+
+
+def experiment_bounds(texts: Sequence[str], robot: Robot, path: Path | None) -> Given:
+    """Limits by joint, checked before a diagnosis takes its time. Raises UsageError (SD330)."""
+    if texts and path is None:
+        hint = "add --experiment FILE to have one designed"
+        raise UsageError(Problem("SD330", "--limits are those of an experiment, and none is asked for", hint=hint))
+    given = read_limits(texts)
+    check_names(given, robot)
+    return given
 
 
 def check_plan(plan: Plan) -> None:

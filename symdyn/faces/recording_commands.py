@@ -10,7 +10,7 @@ from symdyn import compiler
 from symdyn.base.errors import BadRecording, Problem, UsageError
 from symdyn.base.files import check_writable, write_atomically
 from symdyn.faces.console import err, out, print_error, print_json, print_table, print_warnings, status
-from symdyn.faces.experiment_command import add_experiment, check_plan
+from symdyn.faces.experiment_command import add_experiment, check_plan, experiment_bounds
 from symdyn.faces.recordings import open_recording, open_recordings
 from symdyn.faces.words import (
     VERDICT_MEANINGS,
@@ -76,6 +76,7 @@ def diagnose(
         if path is not None:
             check_writable(path)
     robot = compiler.load_robot(model, chain)
+    allowed = experiment_bounds(limits, robot, experiment)
     try:
         training, judges = open_recordings(recordings, holdout, robot, channel_map)
         for recording in (*training, *judges):
@@ -84,7 +85,7 @@ def diagnose(
             result = run(robot, training, judges or None, band=band, hold=hold, progress=progress)
             if experiment is not None:
                 fitted, _ = training_and_heldout(training, judges or None)
-                result = add_experiment(result, fitted, limits, plan, experiment, progress)
+                result = add_experiment(result, fitted, allowed, plan, experiment, progress)
     except BadRecording as bad:
         return _refused(robot, bad, json)
     if model_out is not None:
@@ -181,8 +182,9 @@ def show(result: Diagnosis) -> None:
         shape = f", {percent(left.share)} of its power slow, unlike noise, but not a function of the motion"
     elif left.slow > left.share:
         shape += f" and {percent(left.slow)} is slow, unlike noise"
+    what = "left unexplained" if left.structured else "left, and like noise"
     out.print(
-        f"left unexplained: {percent(left.heldout)} of the {result.judged}{shape} (below {result.band:.3g} Hz). "
+        f"{what}: {percent(left.heldout)} of the {result.judged}{shape} (below {result.band:.3g} Hz). "
         f"{noise_words(result)}".rstrip(),
         markup=False,
     )

@@ -227,3 +227,20 @@ def test_experiment_of_a_diagnosis_is_written_and_told(
     table = pd.read_csv(path)
     assert table["time [s]"].iloc[-1] == pytest.approx(10.0)
     assert np.all(np.isfinite(table.to_numpy()))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (("--limits", "elbow:velocity=2", "--experiment", "next.csv"), "no joint `elbow`"),
+        (("--limits", "pivot:velocity=2"), "add --experiment FILE"),
+    ],
+)
+def test_limits_that_nothing_can_use_are_refused_before_the_diagnosis(
+    models: Path, pair: tuple[Path, Path], more: tuple[str, ...], words: str
+) -> None:
+    with mock.patch("symdyn.numeric.diagnose.diagnose", side_effect=AssertionError("it was started")):
+        done = run("diagnose", models / "rod.toml", pair[0], *more)
+    assert done.code == 2
+    assert "SD330" in done.err
+    assert words in done.err

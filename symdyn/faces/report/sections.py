@@ -118,7 +118,8 @@ def joints_table(diagnosis: Diagnosis) -> Markup:
 def remaining_text(diagnosis: Diagnosis) -> Markup:
     """What is left: how much, whether it is structured, what it follows."""
     left = diagnosis.remaining
-    sentences = [f"On the held-out recording {percent(left.heldout)} of the {diagnosis.judged} stays unexplained."]
+    stays = "stays unexplained" if left.structured else "is left"
+    sentences = [f"On the held-out recording {percent(left.heldout)} of the {diagnosis.judged} {stays}."]
     sentences += [noise_words(diagnosis)] if diagnosis.noise_floor else []
     follows = f"the {left.variable}" if left.variable else "the motion"
     where = f" at {left.place}" if left.place else ""

@@ -62,10 +62,7 @@ def experiment_limits(robot: Robot, given: Mapping[str, Mapping[str, float]], se
     Raises UsageError (SD330) for unknown names and limits that are none, InputError (SD331) where nothing tells
     a joint's range, speed, or acceleration and effort.
     """
-    names = [joint.name for joint in robot.joints]
-    for name in given:
-        if name not in names:
-            raise UsageError(Problem("SD330", f"--limits: no joint `{name}`", hint=did_you_mean(name, names, "joints")))
+    check_names(given, robot)
     found, assumed, missing = [], [], []
     for i, joint in enumerate(robot.joints):
         own = joint.limits
@@ -95,6 +92,14 @@ def experiment_limits(robot: Robot, given: Mapping[str, Mapping[str, float]], se
         raise InputError(Problem("SD331", f"nothing limits the {'; '.join(missing)}", robot.where, hint))
     told = f"what the recording already visited stands for the {'; '.join(assumed)}" if assumed else ""
     return Limits(tuple(found), told)
+
+
+def check_names(given: Mapping[str, object], robot: Robot) -> None:
+    """Raises UsageError (SD330) for limits of a joint that the robot does not have."""
+    names = [joint.name for joint in robot.joints]
+    for name in given:
+        if name not in names:
+            raise UsageError(Problem("SD330", f"--limits: no joint `{name}`", hint=did_you_mean(name, names, "joints")))
 
 
 def read_limits(texts: Sequence[str]) -> dict[str, dict[str, float]]:
