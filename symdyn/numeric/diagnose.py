@@ -29,6 +29,7 @@ from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import TIE, Search, rank
 from symdyn.numeric.setting import prepare
+from symdyn.numeric.simple_pair import pairs_instead
 from symdyn.numeric.skew import (
     aligned,
     check_skew,
@@ -125,13 +126,14 @@ def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
 
 
 def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
-    """Until neither another effect, nor a wider law or a wave in place of one, earns its place."""
+    """Until neither another effect, nor a wider law, a wave or two simpler laws in place of one, earns its place."""
     inquiry = forward(inquiry, open_, progress)
     swapped = True
     while swapped:
         inquiry, widened = generalised(inquiry, progress)
         inquiry, waves = waves_instead(inquiry, progress)
-        swapped = widened or waves
+        inquiry, simpler = pairs_instead(inquiry, progress)
+        swapped = widened or waves or simpler
         if swapped:
             inquiry = forward(inquiry, open_, progress)
     return inquiry

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import NumericalError
-from symdyn.numeric.explanation import LEVEL, Explanation, ready
+from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.explanation import LEVEL, Case, Explanation, ready
 from symdyn.numeric.findings import Alternative, Rival
 from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
+from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.revision import Revision
 from symdyn.numeric.search import TIE, Search, Trial, rank
@@ -54,7 +56,7 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
         inquiry = inquiry.noting(*(outside_bounds(t) for t in refused))
         step, refusals = first_that_earns(inquiry, earning)
         best = sorted(earning, key=lambda t: t.loss)[:1] if step is not None else []
-        revised = _revised(inquiry, search, open_, best, None if step is None else step[1], progress)
+        revised = _revised(inquiry, search, open_, best, step, progress)
         if revised is not None:
             inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
             adopted.append(revised[1])
@@ -157,7 +159,7 @@ def _revised(
     search: Search,
     open_: Sequence[Revision],
     best: Sequence[Trial],
-    effect: Explanation | None,
+    effect: tuple[Trial, Explanation] | None,
     progress: Progress,
 ) -> tuple[Inquiry, Revision] | None:
     """The revision that explains more than chance, and more than the best ``effect``, confirmed on held-out data.
@@ -178,7 +180,7 @@ def _revised(
             continue
         if after is None or not after.case.earns(inquiry.current, after.current):
             continue
-        if effect is None or _explains_more(effect, after.current):
+        if effect is None or explains_more(inquiry.case, effect[0].candidate, effect[1], after.current, trial.size):
             fitted.append((trial, after))
     if not fitted:
         return None
@@ -202,7 +204,13 @@ def _simplest(fitted: Sequence[tuple[RevisionTrial, Inquiry]]) -> tuple[Revision
     return chosen, after, tuple(Rival(*trial.revision.key, p) for trial, _, p in tied[1:])
 
 
-def _explains_more(effect: Explanation, revised: Explanation) -> bool:
-    """On the data that both were fitted to: they bring about as many numbers."""
-    gain, p_value = likelier(effect.training, revised.training)
-    return gain > 0.0 and p_value < LEVEL and log_loss(revised.training) < log_loss(effect.training)
+def explains_more(case: Case, effect: Candidate, explained: Explanation, revised: Explanation, size: int) -> bool:
+    """Whether a revision with ``size`` numbers does, beyond chance, on the data that both were fitted to.
+
+    Each number that it has more than the effect must be worth log(N) (Schwarz): the weight of a single vertical axis is
+    gravity's, or a constant force, and one number tells it as well as three.
+    """
+    gain, p_value = likelier(explained.training, revised.training)
+    count = independent_samples(case.bench)
+    bought = gain * count < (size - effect.size) * np.log(count)
+    return not bought and gain > 0.0 and p_value < LEVEL and log_loss(revised.training) < log_loss(explained.training)

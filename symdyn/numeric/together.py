@@ -22,8 +22,7 @@ def pair_that_earns(inquiry: Inquiry, search: Search, proposed: Sequence[Candida
     Dry friction and quadratic drag, fitted by viscous friction, leave the opposite of one another. Pairs are those of
     laws without a shape; each of the two must be within its bounds, and its size certain.
     """
-    simple = [c for c in proposed if not c.shapes]
-    pairs = [(a, b) for a, b in combinations(simple, 2) if a.place == b.place and not akin(a.effect, b.effect)]
+    pairs = pairs_without_shape(proposed)
     tried = []
     for pair in pairs:
         errors = search.errors_beside(pair)
@@ -40,3 +39,9 @@ def pair_that_earns(inquiry: Inquiry, search: Search, proposed: Sequence[Candida
         if not bounded and all(case.certain(c, after) for c in pair) and case.earns(current, after):
             return pair, after
     return None
+
+
+def pairs_without_shape(proposed: Sequence[Candidate]) -> list[Pair]:
+    """Of laws at one place, neither of which contains the other."""
+    simple = [c for c in proposed if not c.shapes]
+    return [(a, b) for a, b in combinations(simple, 2) if a.place == b.place and not akin(a.effect, b.effect)]

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
+from symdyn.numeric.candidates import candidates
 from symdyn.numeric.diagnose import diagnose
-from symdyn.numeric.findings import Estimate
+from symdyn.numeric.findings import Estimate, Verdict
+from symdyn.numeric.forward import explains_more
 from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import Reading, declared
@@ -23,7 +26,7 @@ from symdyn.spec.edit import add_effect, set_effect, set_gravity
 from symdyn.spec.records import Quantity, Robot, Side
 
 from .arm_of_two import ARM_OF_TWO, HARMONICS, run
-from .pendulum import ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, pendulum, record, recording
+from .pendulum import ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, motion, pendulum, record, recording
 
 Array = NDArray[np.float64]
 
@@ -130,6 +133,62 @@ def test_gravity_that_the_model_leaves_out_is_found() -> None:
     assert pull["y"].value == pytest.approx(-GRAVITY, rel=0.01)
     assert abs(pull["x"].value) < 0.1
     assert not found.remaining.structured
+
+
+@pytest.mark.parametrize(("share", "numbers"), [(0.01, 1), (0.02, 2), (0.05, 3)])
+def test_a_revision_must_earn_each_number_that_it_has_more(share: float, numbers: int) -> None:
+    """It leaves a share less of every error than an effect with one number does: beyond chance, yet worth so many."""
+    case = prepare(pendulum(), record(1), record(2), lambda _: None).case(5.0)
+    given = case.explain()
+    (one,) = (c for c in candidates(pendulum()) if c.effect == "quadratic_drag")
+    better = replace(given, training=(1.0 - share) * given.training)
+    worth = [explains_more(case, one, given, better, size) for size in (1, 2, 3)]
+    assert worth == [size <= numbers for size in (1, 2, 3)]
+
+
+LIFT = f"""
+[robot]
+name = "lift"
+gravity = [0, 0, -{GRAVITY}]
+
+[parameters]
+m = "2 kg"
+b = "4 N s/m"
+
+[dh]
+convention = "modified"
+rows = [[0, "q", 0, 0]]
+
+[[joint]]
+name = "lift"
+link = {{ mass = "m", com = [0, 0, 0] }}
+
+[[effect]]
+type = "viscous_friction"
+at = "lift"
+coefficient = "b"
+"""
+
+
+def lifted(seed: int) -> Recording:
+    """A lift of 2.1 kg with 4.4 N s/m, and 3 N more than these explain."""
+    rng = np.random.default_rng([seed, 2])
+    time = np.arange(5000) / 250.0
+    q, v, a = motion(seed, time, 0.3)
+    force = 2.1 * (a + GRAVITY) + 4.4 * v + 3.0 + 0.05 * rng.standard_normal(len(time))
+    angle = q + 1e-6 * rng.standard_normal(len(time))
+    channels = {(Quantity.POSITION, "lift", Side.LINK): angle, (Quantity.EFFORT, "lift", Side.LINK): force}
+    return Recording(f"run-{seed}", time, MappingProxyType(channels), 0.004, (slice(0, len(time)),), (), "0" * 64)
+
+
+def test_what_a_vertical_axis_lifts_is_told_by_one_number_with_gravity_as_its_rival() -> None:
+    """Its own mass is known by the acceleration: more weight is a force, or a stronger gravity, and nothing tells."""
+    found = diagnose(robot_from_text(LIFT, "lift.toml"), lifted(1), lifted(2))
+    (finding,) = found.findings
+    assert finding.effect == "force_offset"
+    assert finding.parameters["offset"].value == pytest.approx(3.0, abs=0.05)
+    assert "gravity" in {r.effect for r in finding.rivals}
+    assert found.verdict is Verdict.AMBIGUOUS
 
 
 def pull(value: float) -> Estimate:
