@@ -32,7 +32,7 @@ TURNS = 4  # of a fit with friction by load, in each of which the load follows t
 STEPS = 5  # of a fit of all else, between two of those
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
-SCALES = frozenset({Scan.SPEED, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
+SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
 SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
 
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
@@ -335,14 +335,16 @@ def joint_errors(residual: Array, bench: Workbench) -> Array:
 def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:
     """Candidates not yet in the model whose basis (what they correct) is in it.
 
-    A law that is akin to one that was found is no addition to that: it may take its place (``nested``).
+    A law that is akin to one that was found is no addition to that: it may take its place (``nested``). Some laws wait
+    for what they contain.
     """
     present = effects | {(e.type, e.at) for e in robot.effects}
     return [
         c
-        for c in proposed
+        for c, law in ((c, catalogue()[c.effect]) for c in proposed)
         if (c.effect, c.place.address) not in present
         and (c.builds_on is None or (c.builds_on, c.place.address) in present)
+        and (law.opens or any((e, c.place.address) in present for e in law.generalises))
         and not any(at == c.place.address and akin(c.effect, other) for other, at in effects)
     ]
 

@@ -20,6 +20,8 @@ DISTANCES = 16  # over the distances that are travelled
 ANGLES = 24  # of a turn
 SEVERAL = (1.0, 0.5, 0.4, 0.25)  # of those numbers, for an effect with one, two, three, more shape parameters
 SLOPE_STEP = 1e-4  # of a shape value
+STEEPEST = 0.05  # of the top speed: a curve that turns over below it is a jump
+STRAIGHTEST = 1.5  # of the top speed: one that turns over above it departs from a line by less than an eighth
 SHORTEST = 1e-3  # of the travel: less is not told from a jump
 WAVES = 2.0  # that the travel must hold: what does not repeat cannot be called periodic
 FINENESS = 2.0  # orders tried per one that the travel can tell from its neighbours
@@ -45,6 +47,8 @@ def _axis(
     match schema.scan:
         case Scan.SPEED:
             values = np.geomspace(top / 200.0, top, round(share * SPEEDS)) if top > 0 else np.ones(1)
+        case Scan.TURNOVER:
+            values = np.geomspace(STEEPEST * top, STRAIGHTEST * top, round(share * SPEEDS)) if top > 0 else np.ones(1)
         case Scan.SLOWNESS:
             values = np.array([0.1, 1.0]) / top if top > 0 else np.ones(1)
         case Scan.ANGLE_ORDER:

@@ -117,6 +117,7 @@ class Effect(ABC):
     rivals: ClassVar[tuple[str, ...]] = ()  # effects that look alike in many recordings
     builds_on: ClassVar[str | None] = None  # the effect at the same place that this one is a correction of
     generalises: ClassVar[tuple[str, ...]] = ()  # effects at the same place that it contains, nearly or exactly
+    opens: ClassVar[bool] = True  # whether a search may begin with it; else one that it contains must be there before
     dissipative: ClassVar[bool] = False  # never gives more energy than it was given before (tested)
     proposable: ClassVar[bool] = False  # a diagnosis may propose it where it is missing
 

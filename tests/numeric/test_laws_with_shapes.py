@@ -12,7 +12,7 @@ from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Diagnosis, Verdict
 from symdyn.spec.edit import add_effect
 
-from .pendulum import ARM, GRAVITY, MASS, TOML, pendulum, record
+from .pendulum import ARM, GRAVITY, MASS, TOML, VISCOUS, pendulum, record
 
 Array = NDArray[np.float64]
 SUBSTEPS = 8
@@ -55,6 +55,10 @@ def counterbalance(t: Array, q: Array, v: Array, a: Array) -> Array:
     return -40.0 * (length - 0.2) * 0.3 * 0.15 * np.sin(turn) / length - weight
 
 
+def greased(t: Array, q: Array, v: Array, a: Array) -> Array:
+    return 0.9 * 0.5 * np.tanh(v / 0.5)
+
+
 def found_in(law: Callable[[Array, Array, Array, Array], Array]) -> Diagnosis:
     upright = pendulum(TOML.replace('[0, "-g", 0]', '[0, 0, "-g"]')) if law is counterbalance else pendulum()
     return diagnose(upright, record(1, law), record(101, law))
@@ -64,6 +68,7 @@ def found_in(law: Callable[[Array, Array, Array, Array], Array]) -> Diagnosis:
     ("law", "effect", "values"),
     [
         (lugre, "lugre_friction", {"level": 0.4, "stiffness": 15.0, "excess": 0.2, "stribeck_velocity": 0.2}),
+        (greased, "degressive_friction", {"coefficient": 0.9, "turnover_velocity": 0.5}),
         pytest.param(
             hysteresis,
             "bouc_wen_hysteresis",
@@ -86,6 +91,22 @@ def test_named_with_its_values(
     assert not found.remaining.structured
     assert found.after.heldout < 0.1 * found.before.heldout
     assert found.diagnosed.effects[-1].type == effect
+
+
+@pytest.mark.parametrize("bends", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_degressive_friction_is_told_from_dry_and_viscous_friction_together(bends: bool) -> None:
+    """All three are missing: a curve that rises steeply resembles the other two, and must not come first."""
+    bare, effects = TOML.split("[[effect]]")[0], TOML.split("[recording]")[1]
+
+    def friction(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return 0.4 * np.sign(v) + (greased(t, q, v, a) - VISCOUS * v if bends else 0.3 * v)
+
+    found = diagnose(pendulum(f"{bare}[recording]{effects}"), record(1, friction), record(101, friction))
+    told = {f.effect: f.parameters for f in found.findings}
+    assert told.keys() == {"coulomb_friction", "degressive_friction" if bends else "viscous_friction"}
+    assert told["coulomb_friction"]["level"].value == pytest.approx(0.4, rel=0.02)
+    if not bends:
+        assert told["viscous_friction"]["coefficient"].value == pytest.approx(VISCOUS + 0.3, rel=0.02)
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
             continue
         for effect in catalogue().values():
             if (
-                not effect.proposable
+                not (effect.proposable and effect.opens)
                 or effect.identifier in MEMORIES
                 or place.kind not in effect.attaches_to
                 or place.motion not in effect.motions

@@ -61,6 +61,7 @@ class WarmUpFriction(Effect):
     signature = "residual proportional to speed that fades over minutes of motion"
     rivals = ("viscous_friction",)
     generalises = ("viscous_friction",)
+    opens = False  # it resembles dry and viscous friction together, where a model has neither
     dissipative = True
     proposable = True
 
