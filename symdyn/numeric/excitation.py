@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.decomposition import svd
 from symdyn.numeric.evidence import effective_count
 from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.regression import RANK_TOLERANCE
@@ -34,10 +35,10 @@ def unexcited(bench: Workbench, p: Array, names: Sequence[str], residual: Array,
     weighted = bench.columns(p, names) * weight[:, None] * size
     possible = _random_columns(bench, p, names) * size
     scale = np.linalg.norm(possible, axis=(0, 1)) + 1e-300
-    _, s, vt = np.linalg.svd(possible.reshape(-1, len(names)) / scale, full_matrices=False)
+    _, s, vt = svd(possible.reshape(-1, len(names)) / scale, full_matrices=False)
     space = (vt[s > RANK_TOLERANCE * s.max(initial=0.0)] / scale).T
     space, _ = np.linalg.qr(space)
-    _, reached, directions = np.linalg.svd(weighted.reshape(-1, len(names)) @ space, full_matrices=False)
+    _, reached, directions = svd(weighted.reshape(-1, len(names)) @ space, full_matrices=False)
     power = float(np.mean((residual * weight) ** 2))
     count = sum(effective_count(column, independent_samples(bench)) for column in residual.T)
     noise = np.sqrt(power * residual.size / max(count, 1.0))

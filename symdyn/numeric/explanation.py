@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.candidates import Candidate, bounded, bounds, candidate_bounds, fitted_parameters
+from symdyn.numeric.decomposition import pseudo_inverse
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
@@ -291,7 +292,7 @@ class Case:
             variance = float(covariance[i, i])
             if shapes:
                 across = covariance[i, shapes]
-                variance -= float(across @ np.linalg.pinv(covariance[np.ix_(shapes, shapes)]) @ across)
+                variance -= float(across @ pseudo_inverse(covariance[np.ix_(shapes, shapes)]) @ across)
             size = abs(estimates[schema.name].value - (schema.null or 0.0))
             if not of.fit.last.identifiable[i] or size > CERTAIN * np.sqrt(max(variance, 0.0)):
                 return True

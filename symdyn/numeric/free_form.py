@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.conditions import Condition
+from symdyn.numeric.decomposition import svd
 from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.regression import RANK_TOLERANCE, flat
 
@@ -43,7 +44,7 @@ class FreeForm:
         design = flat(self._training)
         size = np.linalg.norm(design, axis=0)
         scale = np.where(size > 0.0, size, 1.0)
-        u, s, vt = np.linalg.svd(design / scale, full_matrices=False)
+        u, s, vt = svd(design / scale, full_matrices=False)
         keep = s > RANK_TOLERANCE * s.max(initial=0.0)
         # (k, K, n): what a unit of effort at each sample does to the parameters
         inverse = (vt[keep].T / s[keep]) @ u[:, keep].T / scale[:, None]

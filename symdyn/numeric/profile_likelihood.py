@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from symdyn.base.errors import NumericalError
+from symdyn.numeric.decomposition import least_squares
 from symdyn.numeric.fitting import fit
 from symdyn.numeric.identify import Fitted
 from symdyn.numeric.regression import fit_linear
@@ -134,7 +135,7 @@ class _Walk:
         columns = self.bench.columns(p, [self.name, *self.others]) * self.weight[:, None]
         own, rest = columns[:, :, :1], columns[:, :, 1:].reshape(columns.shape[0] * columns.shape[1], -1)
         flat = own.reshape(-1)
-        left = flat - rest @ np.linalg.lstsq(rest, flat, rcond=1e-9)[0] if self.others else flat
+        left = flat - rest @ least_squares(rest, flat, rcond=1e-9) if self.others else flat
         if not np.any(left):
             return 1.0
         found = fit_linear(left.reshape(own.shape), self.bench.residual(p) * self.weight)

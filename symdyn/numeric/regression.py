@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, optimize, stats
 
+from symdyn.numeric.decomposition import least_squares, svd
+
 Array = NDArray[np.float64]
 
 BLOCK = 512  # rows
@@ -94,13 +96,13 @@ def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solutio
     scale = np.where(length > 0, length, 1.0)
     # The triangular factor has the singular values of the design and is k x k.
     triangle = _triangle(design / scale, target)
-    u, s, vt = np.linalg.svd(triangle[:k, :k])
+    u, s, vt = svd(triangle[:k, :k])
     keep = s > RANK_TOLERANCE * max(float(s.max(initial=0.0)), 1e-300)
     inverse = (vt[keep].T / s[keep]) / scale[:, None]
     estimate = inverse @ (u[:, keep].T @ triangle[:k, k])
     lost = vt[~keep].T / scale[:, None]
     if lost.size and size is not None:
-        estimate = estimate - lost @ np.linalg.lstsq(lost / size[:, None], estimate / size, rcond=None)[0]
+        estimate = estimate - lost @ least_squares(lost / size[:, None], estimate / size, rcond=None)
     hidden = np.abs(vt[~keep]).max(axis=0, initial=0.0) > 1e-3
     return _Solution(estimate, inverse @ inverse.T, ~hidden & (length > 0))
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.decomposition import least_squares, svd
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.regression import RANK_TOLERANCE, flat, likelier, log_loss, times, triangle
 from symdyn.numeric.scan import WAVES, axes, grid, screened
@@ -82,7 +83,7 @@ class Search:
         count, n = self.target.shape
         self._blocks = [slice(int(b[0]), int(b[-1]) + 1) for b in np.array_split(np.arange(count), FOLDS) if len(b)]
         given = flat(design * weight[:, None])
-        u, size, _ = np.linalg.svd(given / (np.linalg.norm(given, axis=0) + 1e-300), full_matrices=False)
+        u, size, _ = svd(given / (np.linalg.norm(given, axis=0) + 1e-300), full_matrices=False)
         basis = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
         self._basis = basis.reshape(count, n, -1)
         self._at = [np.ascontiguousarray(self._basis[:, joint]) for joint in range(n)]
@@ -169,7 +170,7 @@ class Search:
             self._apart(self._columns(t.candidate, t.shapes), self.laws.joint(t.candidate)) for t in (larger, smaller)
         )
         wide, narrow = wide.reshape(-1, wide.shape[2]), narrow.reshape(-1, narrow.shape[2])
-        left = narrow - wide @ np.linalg.lstsq(wide, narrow, rcond=RANK_TOLERANCE)[0]
+        left = narrow - wide @ least_squares(wide, narrow, rcond=RANK_TOLERANCE)
         size = np.linalg.norm(self._columns(smaller.candidate, smaller.shapes), axis=0)
         return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * size))
 
@@ -232,7 +233,7 @@ class Search:
     def _solve(self, apart: Array, columns: Array) -> Array:
         alone = flat(apart)
         size = np.linalg.norm(columns, axis=0) + 1e-300
-        return np.asarray(np.linalg.lstsq(alone / size, self._left.reshape(-1), rcond=RANK_TOLERANCE)[0] / size)
+        return np.asarray(least_squares(alone / size, self._left.reshape(-1), rcond=RANK_TOLERANCE) / size)
 
     @staticmethod
     def _gram(a: Array, b: Array) -> Array:
@@ -262,7 +263,7 @@ class Search:
 def _orthonormal(apart: Array, columns: Array) -> Array:
     """A basis of what is left of columns, of (m, k); what is nothing beside their own length is left out."""
     size = np.linalg.norm(columns, axis=0) + 1e-300
-    vectors, values, _ = np.linalg.svd(apart / size, full_matrices=False)
+    vectors, values, _ = svd(apart / size, full_matrices=False)
     return np.asarray(vectors[:, values > RANK_TOLERANCE])
 
 

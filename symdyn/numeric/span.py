@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.decomposition import pseudo_inverse
 
 Array = NDArray[np.float64]
 
@@ -102,4 +103,4 @@ def _basis(stacked: Array) -> tuple[Array, Array]:
     diagonal = np.abs(np.diag(triangle))
     kept = np.sort(moving[order[: int(np.sum(diagonal > SAME * diagonal.max(initial=0.0)))]])
     scale = length[kept]
-    return kept, np.linalg.pinv(stacked[:, kept] / scale, rcond=1e-12) / scale[:, None]
+    return kept, pseudo_inverse(stacked[:, kept] / scale, rcond=1e-12) / scale[:, None]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
+from symdyn.numeric.decomposition import pseudo_inverse
 from symdyn.numeric.experiment.design import EVALUATIONS
 from symdyn.numeric.experiment.explanations import Explained
 from symdyn.numeric.experiment.limits import Limits
@@ -75,7 +76,7 @@ def identifying(
     motion, gram = feasible(family, best, (model,), 2 * samples(family)), _information(model, family, best, noise, size)
     assert motion is not None  # the best is no worse than the pool's best
     assert gram is not None
-    spread = basis @ np.linalg.pinv(basis.T @ gram @ basis) @ basis.T
+    spread = basis @ pseudo_inverse(basis.T @ gram @ basis) @ basis.T
     alone = np.abs(lost).max(axis=1, initial=0.0) <= HIDDEN
     errors = np.sqrt(np.diag(spread)) * size
     gain = float(

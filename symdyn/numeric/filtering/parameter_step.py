@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.decomposition import least_squares
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs, penalty
 from symdyn.numeric.filtering.bench import TOO_LITTLE, FilterBench, Pass
 
@@ -98,7 +99,7 @@ def _within(normal: Array, slope: Array, lower: Array, upper: Array) -> Array:
     step, free = np.zeros(len(slope)), np.ones(len(slope), dtype=bool)
     for _ in range(len(slope)):
         right = slope[free] - normal[np.ix_(free, ~free)] @ step[~free]
-        step[free] = np.linalg.lstsq(normal[np.ix_(free, free)], right, rcond=1e-14)[0]
+        step[free] = least_squares(normal[np.ix_(free, free)], right, rcond=1e-14)
         out = free & ((step < lower) | (step > upper))
         if not out.any():
             break

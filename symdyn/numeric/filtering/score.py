@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.decomposition import least_squares, svd
 from symdyn.numeric.filtering.bench import FilterBench, Pass
 from symdyn.numeric.filtering.hypotheses import shape_values
 
@@ -100,7 +101,7 @@ class Left:
         visible = np.linalg.norm(free, axis=0) > RANK
         estimate = np.zeros(columns.shape[1])
         if visible.any():
-            estimate[visible] = np.linalg.lstsq(free[:, visible], self.residual, rcond=RANK)[0]
+            estimate[visible] = least_squares(free[:, visible], self.residual, rcond=RANK)
         inside = np.clip(estimate / length, lower, upper)  # friction that drives is no friction
         rest = self.residual - free @ (inside * length)
         return 0.5 * (self.power - float(rest @ rest)), inside, rest
@@ -149,5 +150,5 @@ def _limits(candidate: Candidate) -> tuple[Array, Array]:
 
 def _basis(columns: Array) -> Array:
     length = np.linalg.norm(columns, axis=0)
-    u, size, _ = np.linalg.svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
+    u, size, _ = svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
     return np.asarray(u[:, size > RANK * size.max(initial=0.0)])
