@@ -36,7 +36,7 @@ def test_singular_values(full: bool) -> None:
 @pytest.mark.usefixtures("_lapack")
 def test_least_squares_leave_at_zero_what_is_not_told() -> None:
     found = least_squares(TALL, RIGHT, RCOND)
-    np.testing.assert_allclose(TALL.T @ (TALL @ found - RIGHT), np.zeros(4), atol=1e-10)  # x is of size 1000
+    np.testing.assert_allclose(TALL.T @ (TALL @ found - RIGHT), np.zeros(4), atol=1e-10)  # x is of size 100
     assert found[3] == pytest.approx(0.0, abs=1e-12)
 
 
