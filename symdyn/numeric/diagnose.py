@@ -17,7 +17,8 @@ from symdyn.numeric.few_waves import waves_instead, waves_of_rival
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, Rival
 from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
-from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.freed import numbers_of
+from symdyn.numeric.inquiry import Inquiry, estimates
 from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.noise_floor import independent_samples
@@ -98,12 +99,12 @@ def _diagnose(
     inquiry = simplified(_searched(inquiry, open_, progress), progress)
     if band is None:
         inquiry = simplified(_widened(inquiry, progress), progress)
-    inquiry = _physical(_reexamined(inquiry))
+    inquiry = proved(inquiry)
     check_skew(inquiry.first, inquiry.given, inquiry.current)
     before = inquiry
     if put_right(inquiry.case, inquiry.current):
         progress("the efforts are late or early: the search goes on with the clocks aligned")
-        inquiry = aligned(_physical(_reexamined(_searched(aligned(inquiry), open_, progress))))
+        inquiry = aligned(proved(_searched(aligned(inquiry), open_, progress)))
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
@@ -176,6 +177,17 @@ def _ends_at_steps(inquiry: Inquiry) -> bool:
     return inquiry.case.bench.edge <= min(motions) < max(motions)
 
 
+def proved(inquiry: Inquiry) -> Inquiry:
+    """What was found is examined once more, all of it together, and so is whether a machine may have such numbers."""
+    inquiry = _physical(_reexamined(inquiry))
+    for revised in inquiry.setting.revised:
+        numbers = estimates(inquiry.case, revised, inquiry.current)
+        if revised.names and not numbers_of(revised.effect, revised.place).credible(numbers):
+            told = f"{revised.title} at {revised.place} was taken out again: beside the rest no machine has its numbers"
+            return proved(without(inquiry, revised).noting(told))
+    return inquiry
+
+
 def _physical(inquiry: Inquiry) -> Inquiry:
     """Parameters that no machine can have are drawn towards the given ones until one can."""
     case, current = inquiry.case, inquiry.current
@@ -203,7 +215,8 @@ def _reexamined(inquiry: Inquiry) -> Inquiry:
         if not case.earns(less, current):
             told = f"{candidate.label} was taken out again: later findings explain it better"
             inquiry = replace(inquiry, current=less).noting(told)
-    for revised in inquiry.setting.revised[: None if inquiry.current.found else -1]:
+    since = found or inquiry.setting.readings[0].late  # what the last one did not know
+    for revised in inquiry.setting.revised[: None if since else -1]:
         if set(revised.values) == {RESOLUTION}:  # nothing that a fit holds: known in size, not in course
             continue
         bare = without(inquiry, revised)

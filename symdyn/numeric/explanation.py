@@ -273,7 +273,7 @@ class Case:
     def bounded(self, candidate: Candidate, of: Explanation) -> tuple[ParameterSchema, ...]:
         """Parameters of the candidate that would fit better beyond their bounds."""
         fitted = next(f for (c, _), f in zip(of.found, of.fitted, strict=True) if c is candidate)
-        return bounded(candidate, fitted.coefficients)
+        return (*bounded(candidate, fitted.coefficients), *self.laws.at_end(candidate, fitted.shapes))
 
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
         """Whether any of its parameters can be told from the value at which it vanishes, its shape being given.

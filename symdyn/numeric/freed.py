@@ -85,7 +85,9 @@ class GravityVector:
         return {}
 
     def credible(self, fitted: Mapping[str, Estimate]) -> bool:
-        return math.hypot(*(e.value for e in fitted.values())) < STRONGEST
+        """Beside masses that no motion tells, it may be anything."""
+        told = any(e.se is None or abs(e.value) > CERTAIN * e.se for e in fitted.values())
+        return told and math.hypot(*(e.value for e in fitted.values())) < STRONGEST
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,10 @@ from symdyn.numeric.probe import Key, Probe, key_of
 from symdyn.numeric.scan import axes, nudge, room
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import load_dependent
+from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 Array = NDArray[np.float64]
+END = 1.05  # of the first value that is scanned: a fit left the number there
 Known = dict[tuple[str, tuple[float, ...]], Array]  # forces of candidates, by their shapes
 
 
@@ -85,9 +87,20 @@ class Laws:
 
     def room(self, candidate: Candidate, scanned: Sequence[float]) -> list[tuple[float, float]]:
         """Between which a fit may move each shape parameter."""
+        return [room(*of) for of in zip(candidate.shapes, self._scanned(candidate), scanned, strict=True)]
+
+    def _scanned(self, candidate: Candidate) -> list[list[float]]:
         if candidate.label not in self._axes:
             self._axes[candidate.label] = axes(candidate, self.joint(candidate), self.bench)
-        return [room(*of) for of in zip(candidate.shapes, self._axes[candidate.label], scanned, strict=True)]
+        return self._axes[candidate.label]
+
+    def at_end(self, candidate: Candidate, shapes: Sequence[float]) -> tuple[ParameterSchema, ...]:
+        """Of a curve that turns over, where it does that if a fit left it at an end: there it is a jump, or a line."""
+        found = []
+        for schema, value, axis in zip(candidate.shapes, shapes, self._scanned(candidate), strict=True):
+            if schema.scan is Scan.TURNOVER and not END * axis[0] < value < axis[-1] / END:
+                found.append(schema)
+        return tuple(found)
 
     def slopes(self, candidate: Candidate, coefficients: Sequence[float], shapes: Sequence[float], p: Array) -> Array:
         """(K, s) derivative of the effort with respect to each shape value."""

@@ -124,10 +124,11 @@ def _earlier(inquiry: Inquiry, delay: float) -> Inquiry:
 def put_right(case: Case, of: Explanation) -> bool:
     """Whether the search is to go on with the clocks aligned: as a finding, where they tell half of what is left.
 
-    Up to a sample it is none, and costs nothing to be put right.
+    Up to a sample it is none, and is put right where it is certain, however little it tells: beside viscous friction b
+    efforts that are late by d make an inertia smaller by b d, and gravity is told from that.
     """
-    left = skew_left(case, of)
-    return left is not None and (left.share > HALF or not beyond_a_sample(case, left))
+    left = effort_skew(case, of)
+    return certain(case, left) and (left.share > HALF or not beyond_a_sample(case, left))
 
 
 def tells_nearly_all(case: Case, skew: Skew) -> bool:

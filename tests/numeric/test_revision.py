@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.candidates import candidates
-from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.diagnose import diagnose, proved
 from symdyn.numeric.findings import Estimate, Verdict
-from symdyn.numeric.forward import explains_more
+from symdyn.numeric.forward import explains_more, forward
 from symdyn.numeric.freed import GravityVector
+from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
@@ -199,6 +200,24 @@ def test_gravity_that_no_place_on_earth_has_is_refused() -> None:
     """Three times that of Earth may stand for masses given too small; more takes up something else."""
     told = {y: {"x": pull(0.3), "y": pull(y), "z": pull(0.1)} for y in (-GRAVITY, -1.62, -25.0, -26.0 * GRAVITY)}
     assert [GravityVector().credible(numbers) for numbers in told.values()] == [True, True, True, False]
+    vague = {axis: Estimate(-GRAVITY, 2.0 * GRAVITY, "m/s^2") for axis in "xyz"}
+    assert not GravityVector().credible(vague)
+
+
+@pytest.mark.slow
+def test_gravity_that_grew_out_of_bounds_beside_later_findings_is_taken_out_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot = robot_from_text(set_gravity(ARM_OF_TWO, (0.0, 0.0, 0.0)), "two.toml")
+    setting = prepare(robot, run(1), run(2), lambda _: None)
+    case = setting.case(setting.given())
+    given = case.explain()
+    found = forward(Inquiry(setting, case, given, setting, case, given), revisions(setting), lambda _: None)
+    assert [r.effect for r in found.setting.revised] == ["gravity"]
+    assert proved(found).setting.revised == found.setting.revised
+    monkeypatch.setattr("symdyn.numeric.freed.STRONGEST", 5.0)
+    assert proved(found).setting.revised == ()
+    assert "gravity at base was taken out again" in proved(found).alarms[-1]
 
 
 @pytest.mark.slow

@@ -11,7 +11,10 @@ import pytest
 from symdyn.base.errors import BadRecording
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Verdict
+from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.setting import prepare
+from symdyn.numeric.skew import aligned, effort_skew, put_right, skew_left
 from symdyn.spec.records import Quantity
 
 from .pendulum import Torque, pendulum, record
@@ -57,3 +60,28 @@ def test_late_effort_beside_friction_is_told_and_the_friction_kept() -> None:
     assert found.verdict is Verdict.MISSING_PHYSICS
     (alarm,) = [alarm for alarm in found.alarms if "late against the motion" in alarm]
     assert float(alarm.split()[1]) == pytest.approx(5 * STEP, rel=0.03)
+
+
+def held(seed: int) -> Recording:
+    """Efforts as a controller that holds them over a sample logs them: half a sample early, under much noise."""
+    run = record(seed, duration=60.0, rate=2.0 / STEP)
+    rng = np.random.default_rng([seed, 3])
+    channels = {
+        key: values[1::2] + 0.11 * rng.standard_normal(len(values) // 2) if key[0] is Quantity.EFFORT else values[::2]
+        for key, values in run.channels.items()
+    }
+    time = run.time[::2]
+    shown = replace(run, time=time, sample_time=STEP, channels=MappingProxyType(channels))
+    return replace(shown, segments=(slice(0, len(time)),))
+
+
+def test_half_a_sample_is_put_right_though_it_tells_little() -> None:
+    """Masses and gravity are told from what it leaves, long before anything in a residual tells of it."""
+    setting = prepare(pendulum(), held(1), held(101), lambda _: None)
+    case = setting.case(5.0)
+    given = case.explain()
+    skew = effort_skew(case, given)
+    assert skew.delay == pytest.approx(-0.5 * STEP, abs=3.0 * skew.se)
+    assert skew_left(case, given) is None
+    assert put_right(case, given)
+    assert not put_right(case, aligned(Inquiry(setting, case, given, setting, case, given)).current)
