@@ -29,7 +29,7 @@ def pairs_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[In
         if after is not None:
             new = [c for c, _ in after.found if all(c is not old for old, _ in rest.found)]
             told = (
-                f"{curved.label} gave way to {' and '.join(c.title for c in new)}, which explain more in fewer numbers"
+                f"{curved.label} gave way to {' and '.join(c.title for c in new)}, which explain more in no more numbers"
             )
             inquiry, swapped = exchanged(inquiry, [curved], rest, after).noting(told), True
     return inquiry, swapped

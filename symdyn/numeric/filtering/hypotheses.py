@@ -36,7 +36,7 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
     """Every proposable effect at every place with an equation or coupling of its own, where the robot lacks it.
 
     Parameters without a value at which the effect vanishes in a continuous way are its shape, and searched;
-    effects with more than one are left out.
+    effects with more than one are left out, and so are those that do not open a search.
     """
     fixed = {
         f"{joint.name}.{rotor.name}"
