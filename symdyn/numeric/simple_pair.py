@@ -28,9 +28,8 @@ def pairs_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[In
         after = _better(inquiry, rest, _pairs(inquiry, rest, curved))
         if after is not None:
             new = [c for c, _ in after.found if all(c is not old for old, _ in rest.found)]
-            told = (
-                f"{curved.label} gave way to {' and '.join(c.title for c in new)}, which explain more in no more numbers"
-            )
+            names = " and ".join(c.title for c in new)
+            told = f"{curved.label} gave way to {names}, which explain more in no more numbers"
             inquiry, swapped = exchanged(inquiry, [curved], rest, after).noting(told), True
     return inquiry, swapped
 
