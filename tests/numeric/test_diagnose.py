@@ -155,7 +155,8 @@ def test_two_effects_that_hide_each_other_are_found_together() -> None:
         assert abs(told[effect].value - truth) < 4.0 * se < 0.05 * truth
 
 
-@pytest.mark.parametrize("missing", [pytest.param(None, marks=pytest.mark.slow), "Coulomb friction"])
+@pytest.mark.slow  # two whole diagnoses
+@pytest.mark.parametrize("missing", [None, "Coulomb friction"])
 def test_steps_of_an_encoder_make_no_inertia_smaller(robot: Robot, missing: str | None) -> None:
     """Second differences of 100 steps per turn are mostly steps: least squares on them loses all inertia but 0.4 %."""
     step, runs = 2.0 * np.pi / 100.0, []

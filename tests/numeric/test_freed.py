@@ -90,7 +90,8 @@ def test_nothing_is_found_where_nothing_changed() -> None:
     assert (found.verdict, found.findings, found.model) == ("complete", (), {})
 
 
-@pytest.mark.parametrize("joint", [pytest.param(0, marks=pytest.mark.slow), 1])
+@pytest.mark.slow  # two whole diagnoses
+@pytest.mark.parametrize("joint", [0, 1])
 def test_a_sensor_of_torque_that_shows_too_much_is_named(joint: int) -> None:
     """All masses and frictions are free: the torque of the other joint contradicts it."""
     shown = (1.07, 1.0) if joint == 0 else (1.0, 1.07)

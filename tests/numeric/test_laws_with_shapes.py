@@ -93,7 +93,8 @@ def test_named_with_its_values(
     assert found.diagnosed.effects[-1].type == effect
 
 
-@pytest.mark.parametrize("bends", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow  # whole diagnoses of a model that lacks three laws
+@pytest.mark.parametrize("bends", [True, False])
 def test_degressive_friction_is_told_from_dry_and_viscous_friction_together(bends: bool) -> None:
     """All three are missing: a curve that rises steeply resembles the other two, and must not come first."""
     bare, effects = TOML.split("[[effect]]")[0], TOML.split("[recording]")[1]

@@ -123,6 +123,7 @@ def test_directions_that_are_not_excited_are_named(robot: Robot, amplitude: floa
     assert any("b" in re.findall(r"\w+", sentence) for sentence in sentences) is told
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_evidence_and_group_stand_in_the_finding(robot: Robot) -> None:
     def friction(t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         return 0.3 * np.sign(v)

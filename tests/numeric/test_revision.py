@@ -182,6 +182,7 @@ def lifted(seed: int) -> Recording:
     return Recording(f"run-{seed}", time, MappingProxyType(channels), 0.004, (slice(0, len(time)),), (), "0" * 64)
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_what_a_vertical_axis_lifts_is_told_by_one_number_with_gravity_as_its_rival() -> None:
     """Its own mass is known by the acceleration: more weight is a force, or a stronger gravity, and nothing tells."""
     found = diagnose(robot_from_text(LIFT, "lift.toml"), lifted(1), lifted(2))

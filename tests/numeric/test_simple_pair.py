@@ -59,6 +59,7 @@ def test_a_curve_that_is_there_keeps_its_place() -> None:
     assert [c.effect for c, _ in inquiry.current.found] == ["torque_ripple"]
 
 
+@pytest.mark.slow  # a whole diagnosis; quick: the exchange alone
 def test_a_linear_and_a_hardening_spring_are_named_with_their_values() -> None:
     found = diagnose(pendulum(), record(SEED, springs), record(SEED + 100, springs))
     told = {f.effect: f.parameters["stiffness"] for f in found.findings}

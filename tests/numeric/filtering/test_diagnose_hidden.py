@@ -138,9 +138,10 @@ def test_a_weight_beside_the_axis_is_no_ripple(robot: Robot, tmp_path: Path) -> 
     assert abs(values["phase"]) < 0.02
 
 
+@pytest.mark.slow  # one more whole diagnosis
 @pytest.mark.parametrize(
     ("concealed", "named"),
-    [({"coulomb": 0.03}, ["coulomb_friction"]), pytest.param({}, [], marks=pytest.mark.slow)],
+    [({"coulomb": 0.03}, ["coulomb_friction"]), ({}, [])],
 )
 def test_what_has_changed_since_the_model_was_fitted(
     robot: Robot, tmp_path: Path, concealed: dict[str, float], named: list[str]

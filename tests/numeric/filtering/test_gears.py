@@ -43,6 +43,7 @@ def reflected(recording: Recording) -> Model:
     return prepare(drive(1.0), recording, recording, only=("",))
 
 
+@pytest.mark.slow  # compiles a second drive
 def test_of_a_geared_joint_the_filter_says_the_same(reflected: Model, recording: Recording) -> None:
     geared = prepare(drive(RATIO), recording, recording, only=("",))
     losses = []

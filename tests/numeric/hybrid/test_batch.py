@@ -35,6 +35,7 @@ def test_sets_of_parameters_give_what_each_gives_alone_bit_by_bit() -> None:
     assert batch.events.min() > 5
 
 
+@pytest.mark.slow  # compiles the parallel loop
 def test_numbers_do_not_depend_on_threads_or_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     drive = seed_drive()
     starts = np.random.default_rng(2).normal(0.0, 0.05, (9, len(drive.kernel.states)))

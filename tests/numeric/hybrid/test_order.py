@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -68,6 +69,7 @@ def test_the_interpolant_of_a_step_is_of_order_four() -> None:
     assert np.all(np.abs(found - 5.0) < 0.5)
 
 
+@pytest.mark.slow  # quick: the order of a step, above
 def test_events_keep_the_order() -> None:
     """Error and work over four powers of ten of the tolerance, with friction that sticks, against a tight one."""
     rig = machine(PENDULUM + effect("coulomb_friction", "pivot", level=2.0))

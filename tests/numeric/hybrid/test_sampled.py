@@ -205,7 +205,7 @@ def test_the_seed_drive_is_sampled_by_what_its_servo_needs(period: str, stable: 
             compile_hybrid(robot)
 
 
-@pytest.mark.parametrize("reports", [11, 30, 101])
+@pytest.mark.parametrize("reports", [11, *(pytest.param(n, marks=pytest.mark.slow) for n in (30, 101))])
 def test_the_energy_of_a_sampled_drive_is_accounted_for(reports: int) -> None:
     """A PI loop with a delay, and friction that stops the wheel between samples; reports at samples and elsewhere."""
     gains = {"proportional": 3.0, "integral": 20.0, "limit": 4.0, "period": T, "delay": 0.3 * T}
@@ -246,7 +246,7 @@ def test_sensitivities_of_a_geometric_series() -> None:
     np.testing.assert_allclose(by_speed, q**k, rtol=1e-10, atol=1e-12)
 
 
-@pytest.mark.parametrize("reports", [11, 31])
+@pytest.mark.parametrize("reports", [11, pytest.param(31, marks=pytest.mark.slow)])
 def test_sensitivities_across_samples_and_events_against_differences(reports: int) -> None:
     """A PI loop with a delay and a limit that is reached, friction that stops the wheel between samples."""
     gains = {"proportional": 3.0, "integral": 20.0, "limit": 4.0, "period": T, "delay": 0.3 * T}
