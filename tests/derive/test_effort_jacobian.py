@@ -59,7 +59,7 @@ def assert_same(robot: Robot, state: State) -> None:
         assert close(ours[:, block], theirs[:, block], TOLERANCE)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(equipped_robots())
 def test_random_arms(case: tuple[Robot, State]) -> None:
     """On a base, with a tool that may have mass, both conventions, joints of both kinds."""

@@ -79,7 +79,7 @@ def truth_of(conceal: str, joint: str) -> Mapping[str, Mapping[str, float]]:
     return {**friction, "stribeck_friction": {"excess": excess, "stribeck_velocity": true["speed"]}}
 
 
-CORE = (("coulomb", "shoulder"), ("ripple", "elbow"))
+CORE = (("coulomb", "shoulder"),)
 CASES = [
     pytest.param(conceal, joint, marks=() if (conceal, joint) in CORE else pytest.mark.slow)
     for conceal in plant.CONCEALED

@@ -127,7 +127,7 @@ def test_period_of_the_pendulum_is_the_elliptic_integral(swing: float) -> None:
     np.testing.assert_allclose(run.states[:, 0] - rest, [swing, 0.0, -swing, swing], atol=1e-6)
 
 
-@pytest.mark.parametrize("model", [PENDULUM, TWO_LINK])
+@pytest.mark.parametrize("model", [PENDULUM, pytest.param(TWO_LINK, marks=pytest.mark.slow)])
 def test_energy_is_kept_where_nothing_takes_it(model: str) -> None:
     machine = kernel(model)
     n = len(machine.coordinates)

@@ -149,6 +149,7 @@ def test_other_parameters_than_those_of_the_file() -> None:
     assert book.closure < 1e-12
 
 
+@pytest.mark.slow  # one more machine to compile
 def test_what_is_lost_as_flanks_open_is_the_strain_that_is_left() -> None:
     """The twist in contact is u = v/w exp(-a t) sin(w t); the flanks open as c u + d u' = 0, with c u^2 / 2 left."""
     stiffness, damping, relative = 40.0, 0.3, 2.0

@@ -92,6 +92,7 @@ def test_inverse_dynamics_is_the_law_and_forward_dynamics_its_inverse(numbers: l
     assert len(p) + 2 == len(kernel(True).values)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.lists(NUMBER, min_size=6, max_size=6))
 def test_derivatives(numbers: list[float]) -> None:
