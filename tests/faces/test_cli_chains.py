@@ -67,7 +67,7 @@ def test_every_command_that_takes_a_model_takes_a_chain() -> None:
         ("variants", "--states", "2"),
         ("latex",),
         ("convert",),
-        ("simulate", "--duration", "0.002"),
+        pytest.param(("simulate", "--duration", "0.002"), marks=pytest.mark.slow),
         ("frequency",),
     ],
     ids=" ".join,

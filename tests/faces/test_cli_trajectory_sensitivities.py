@@ -37,6 +37,7 @@ def slider(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow  # compiles the engine and its sensitivities
 def test_a_block_that_slides_to_rest(slider: Path, tmp_path: Path) -> None:
     """x = v^2 m / (2 F) from the stop on, which the event passes on: dx/dm = v^2 / (2 F), dx/dF = - v^2 m / (2 F^2)."""
     arguments = ("simulate", slider, "-t", "2", "--step", "0.5", "-x", "slide.qd=1.5")

@@ -34,7 +34,8 @@ def known() -> str:
     return text
 
 
-@pytest.mark.parametrize("place", ["two", pytest.param("one", marks=pytest.mark.slow)])
+@pytest.mark.slow  # whole diagnoses
+@pytest.mark.parametrize("place", ["two", "one"])
 def test_a_payload_is_weighed_where_the_model_is_held(place: str) -> None:
     """Whichever link carries it."""
     robot, true = robot_from_text(known(), "two.toml"), (0.25, 0.12, 0.05)

@@ -67,7 +67,12 @@ def found_in(law: Callable[[Array, Array, Array, Array], Array]) -> Diagnosis:
 @pytest.mark.parametrize(
     ("law", "effect", "values"),
     [
-        (lugre, "lugre_friction", {"level": 0.4, "stiffness": 15.0, "excess": 0.2, "stribeck_velocity": 0.2}),
+        pytest.param(
+            lugre,
+            "lugre_friction",
+            {"level": 0.4, "stiffness": 15.0, "excess": 0.2, "stribeck_velocity": 0.2},
+            marks=pytest.mark.slow,
+        ),
         (greased, "degressive_friction", {"coefficient": 0.9, "turnover_velocity": 0.5}),
         pytest.param(
             hysteresis,

@@ -53,7 +53,8 @@ def in_steps(shown: Recording, step: float, trembling: float | Array = 0.0) -> R
     return replace(shown, channels=channels)
 
 
-@pytest.mark.parametrize("count", [pytest.param(1000, marks=pytest.mark.slow), 100_000])
+@pytest.mark.slow  # whole diagnoses
+@pytest.mark.parametrize("count", [1000, 100_000])
 def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(count: int) -> None:
     """Steps of 2 pi / 1000 hide the noise of the torques; those of 2 pi / 100 000 are hidden by it."""
     step = 2.0 * math.pi / count

@@ -110,7 +110,8 @@ def test_what_a_shape_leaves_is_as_large_folded() -> None:
         assert np.sum(folded**2) == pytest.approx(np.sum(expected**2), rel=1e-9)
 
 
-@pytest.mark.parametrize("level", [pytest.param(0.5, marks=pytest.mark.slow), 0.0])
+@pytest.mark.slow  # whole diagnoses
+@pytest.mark.parametrize("level", [0.5, 0.0])
 def test_ripple_of_a_high_order_is_found(robot: Robot, level: float) -> None:
     """A harmonic drive has two waves per turn of its generator: an order no short grid holds.
 

@@ -55,6 +55,7 @@ def test_numbers_do_not_depend_on_threads_or_chunks(monkeypatch: pytest.MonkeyPa
     assert done == [(4, 9), (8, 9), (9, 9)]
 
 
+@pytest.mark.slow  # compiles the parallel loop
 def test_inputs_may_differ_between_sets() -> None:
     slider = machine(SLIDER + COULOMB)
     inputs = [[sine(a, f)] for a, f in ((2.9, 5.0), (3.5, 5.0), (9.0, 7.0))]

@@ -30,6 +30,7 @@ def test_every_state_and_every_event_agrees_with_the_reference(case: tuple, sign
     assert np.allclose(times, [time for time, _ in entered], rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow  # compiles both methods
 @CASES
 def test_the_general_method_agrees_with_the_exact_one(case: tuple, signal: Signal) -> None:
     time = np.linspace(0.0, case[1], 501)
