@@ -68,6 +68,9 @@ def _sincos(builder, x):
     def plus(a, b):
         return builder.fadd(a, b, flags=[*FAST])
 
+    def pair(i, terms):
+        return plus(times(z, number(terms[i + 1])), number(terms[i]))
+
     # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
     rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
     n = builder.fsub(rounded, number(6755399441055744.0))
@@ -75,11 +78,18 @@ def _sincos(builder, x):
     above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
     r = builder.select(builder.and_(above, below), r, number(math.nan))
     z = times(r, r)
-    s, c = number(SINE[-1]), number(COSINE[-1])
-    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
-        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    if lanes:  # all angles of a state: nothing else goes on meanwhile, so few operations in a row (Estrin 1960)
+        w = times(z, z)
+        s, c = (
+            plus(times(pair(4, terms), times(w, w)), plus(times(pair(2, terms), w), pair(0, terms)))
+            for terms in (SINE, COSINE))
+        c = plus(times(c, w), plus(times(z, number(-0.5)), number(1.0)))
+    else:  # one of many states: few operations
+        s, c = number(SINE[-1]), number(COSINE[-1])
+        for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+            s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+        c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     s = plus(times(times(r, z), s), r)
-    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     quarter = builder.bitcast(rounded, integer)
     odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
 
@@ -169,6 +179,37 @@ def _aligned_stack():
 
 if not config.DISABLE_JIT:
     _align_stack = _aligned_stack()
+
+
+def _flat(out):
+    """A contiguous array as a vector, which shares its memory."""
+    return out.reshape(-1)
+
+
+def _flattened():
+    """The same as an intrinsic: reshape and ravel of Numba call a function each time, which takes 30 ns."""
+
+    @intrinsic
+    def flat(context, out):
+        vector = types.Array(out.dtype, 1, "C", readonly=not out.mutable)  # that it is one, whoever calls has seen
+
+        def generate(context, builder, signature, arguments):
+            given = context.make_array(out)(context, builder, arguments[0])
+            made = context.make_array(vector)(context, builder)
+            made.meminfo, made.parent, made.data = given.meminfo, given.parent, given.data
+            made.nitems, made.itemsize = given.nitems, given.itemsize
+            made.shape = builder.insert_value(made.shape, given.nitems, 0)
+            made.strides = builder.insert_value(made.strides, given.itemsize, 0)
+            context.nrt.incref(builder, vector, made._getvalue())
+            return made._getvalue()
+
+        return vector(out), generate
+
+    return flat
+
+
+if not config.DISABLE_JIT:
+    _flat = _flattened()
 
 
 def _gather(rows, width, entry, entries, row, last, lines, lane):
@@ -1098,9 +1139,9 @@ def mass_matrix(q):
     """Mass matrix M (n, n): symmetric, positive definite."""
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
-    out = np.empty(1)
-    _mass_matrix(q, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _mass_matrix(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1112,7 +1153,7 @@ def mass_matrix_into(q, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix(q, out.ravel(), 0, 1, _together)
+    _mass_matrix(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1232,9 +1273,9 @@ def mass_matrix_p(q, p):
         raise ValueError("q must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(1)
-    _mass_matrix_p(q, p, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1248,7 +1289,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1375,9 +1416,9 @@ def mass_matrix_inverse(q):
     """Inverse of the mass matrix (n, n)."""
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
-    out = np.empty(1)
-    _mass_matrix_inverse(q, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1389,7 +1430,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1509,9 +1550,9 @@ def mass_matrix_inverse_p(q, p):
         raise ValueError("q must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(1)
-    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1525,7 +1566,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3217,9 +3258,9 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
         raise ValueError("qd must have 1 entries")
     if qdd.shape[0] != 1:
         raise ValueError("qdd must have 1 entries")
-    out = np.empty(2)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((1, 2))
+    out = np.empty((1, 2))
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3235,7 +3276,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3397,9 +3438,9 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(2)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((1, 2))
+    out = np.empty((1, 2))
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3417,7 +3458,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3587,9 +3628,9 @@ def forward_dynamics_state_jacobian(q, qd, tau):
         raise ValueError("qd must have 1 entries")
     if tau.shape[0] != 1:
         raise ValueError("tau must have 1 entries")
-    out = np.empty(2)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
-    return out.reshape((1, 2))
+    out = np.empty((1, 2))
+    _forward_dynamics_state_jacobian(q, qd, tau, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3605,7 +3646,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian(q, qd, tau, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3767,9 +3808,9 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
         raise ValueError("tau must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(2)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
-    return out.reshape((1, 2))
+    out = np.empty((1, 2))
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3787,7 +3828,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3957,9 +3998,9 @@ def state_derivative_state_jacobian(x, u):
         raise ValueError("x must have 2 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(4)
-    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((2, 2))
+    out = np.empty((2, 2))
+    _state_derivative_state_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3973,7 +4014,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 4 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4116,9 +4157,9 @@ def state_derivative_state_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(4)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((2, 2))
+    out = np.empty((2, 2))
+    _state_derivative_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4134,7 +4175,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 4 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4283,9 +4324,9 @@ def state_derivative_input_jacobian(x, u):
         raise ValueError("x must have 2 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(2)
-    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((2, 1))
+    out = np.empty((2, 1))
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4299,7 +4340,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4442,9 +4483,9 @@ def state_derivative_input_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(2)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((2, 1))
+    out = np.empty((2, 1))
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4460,7 +4501,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4612,9 +4653,9 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
         raise ValueError("qd must have 1 entries")
     if qdd.shape[0] != 1:
         raise ValueError("qdd must have 1 entries")
-    out = np.empty(2)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((1, 2))
+    out = np.empty((1, 2))
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4630,7 +4671,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4793,9 +4834,9 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(2)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((1, 2))
+    out = np.empty((1, 2))
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4813,7 +4854,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 2 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4984,9 +5025,9 @@ def state_derivative_parameter_jacobian(x, u):
         raise ValueError("x must have 2 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(4)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((2, 2))
+    out = np.empty((2, 2))
+    _state_derivative_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5000,7 +5041,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 4 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5149,9 +5190,9 @@ def state_derivative_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(4)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((2, 2))
+    out = np.empty((2, 2))
+    _state_derivative_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5167,7 +5208,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 4 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5329,9 +5370,9 @@ def forward_kinematics(q):
     """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
-    out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5343,7 +5384,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics(q, out.ravel(), 0, 1, _together)
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5479,9 +5520,9 @@ def forward_kinematics_p(q, p):
         raise ValueError("q must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5495,7 +5536,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5628,9 +5669,9 @@ def jacobian(q):
     """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
     if q.shape[0] != 1:
         raise ValueError("q must have 1 entries")
-    out = np.empty(6)
-    _jacobian(q, out, 0, 1, _together)
-    return out.reshape((6, 1))
+    out = np.empty((6, 1))
+    _jacobian(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5642,7 +5683,7 @@ def jacobian_into(q, out):
         raise ValueError("out must have 6 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian(q, out.ravel(), 0, 1, _together)
+    _jacobian(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5766,9 +5807,9 @@ def jacobian_p(q, p):
         raise ValueError("q must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(6)
-    _jacobian_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 1))
+    out = np.empty((6, 1))
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5782,7 +5823,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("out must have 6 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5916,9 +5957,9 @@ def jacobian_rate(q, qd):
         raise ValueError("q must have 1 entries")
     if qd.shape[0] != 1:
         raise ValueError("qd must have 1 entries")
-    out = np.empty(6)
-    _jacobian_rate(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 1))
+    out = np.empty((6, 1))
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5932,7 +5973,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("out must have 6 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6077,9 +6118,9 @@ def jacobian_rate_p(q, qd, p):
         raise ValueError("qd must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(6)
-    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 1))
+    out = np.empty((6, 1))
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6095,7 +6136,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("out must have 6 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6521,9 +6562,9 @@ def coriolis_matrix(q, qd):
         raise ValueError("q must have 1 entries")
     if qd.shape[0] != 1:
         raise ValueError("qd must have 1 entries")
-    out = np.empty(1)
-    _coriolis_matrix(q, qd, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6537,7 +6578,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6677,9 +6718,9 @@ def coriolis_matrix_p(q, qd, p):
         raise ValueError("qd must have 1 entries")
     if p.shape[0] != 2:
         raise ValueError("p must have 2 entries")
-    out = np.empty(1)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6695,7 +6736,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

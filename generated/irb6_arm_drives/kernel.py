@@ -68,6 +68,9 @@ def _sincos(builder, x):
     def plus(a, b):
         return builder.fadd(a, b, flags=[*FAST])
 
+    def pair(i, terms):
+        return plus(times(z, number(terms[i + 1])), number(terms[i]))
+
     # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
     rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
     n = builder.fsub(rounded, number(6755399441055744.0))
@@ -75,11 +78,18 @@ def _sincos(builder, x):
     above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
     r = builder.select(builder.and_(above, below), r, number(math.nan))
     z = times(r, r)
-    s, c = number(SINE[-1]), number(COSINE[-1])
-    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
-        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    if lanes:  # all angles of a state: nothing else goes on meanwhile, so few operations in a row (Estrin 1960)
+        w = times(z, z)
+        s, c = (
+            plus(times(pair(4, terms), times(w, w)), plus(times(pair(2, terms), w), pair(0, terms)))
+            for terms in (SINE, COSINE))
+        c = plus(times(c, w), plus(times(z, number(-0.5)), number(1.0)))
+    else:  # one of many states: few operations
+        s, c = number(SINE[-1]), number(COSINE[-1])
+        for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+            s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+        c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     s = plus(times(times(r, z), s), r)
-    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     quarter = builder.bitcast(rounded, integer)
     odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
 
@@ -169,6 +179,37 @@ def _aligned_stack():
 
 if not config.DISABLE_JIT:
     _align_stack = _aligned_stack()
+
+
+def _flat(out):
+    """A contiguous array as a vector, which shares its memory."""
+    return out.reshape(-1)
+
+
+def _flattened():
+    """The same as an intrinsic: reshape and ravel of Numba call a function each time, which takes 30 ns."""
+
+    @intrinsic
+    def flat(context, out):
+        vector = types.Array(out.dtype, 1, "C", readonly=not out.mutable)  # that it is one, whoever calls has seen
+
+        def generate(context, builder, signature, arguments):
+            given = context.make_array(out)(context, builder, arguments[0])
+            made = context.make_array(vector)(context, builder)
+            made.meminfo, made.parent, made.data = given.meminfo, given.parent, given.data
+            made.nitems, made.itemsize = given.nitems, given.itemsize
+            made.shape = builder.insert_value(made.shape, given.nitems, 0)
+            made.strides = builder.insert_value(made.strides, given.itemsize, 0)
+            context.nrt.incref(builder, vector, made._getvalue())
+            return made._getvalue()
+
+        return vector(out), generate
+
+    return flat
+
+
+if not config.DISABLE_JIT:
+    _flat = _flattened()
 
 
 def _gather(rows, width, entry, entries, row, last, lines, lane):
@@ -1520,9 +1561,9 @@ def mass_matrix(q):
     """Mass matrix M (n, n): symmetric, positive definite."""
     if q.shape[0] != 8:
         raise ValueError("q must have 8 entries")
-    out = np.empty(64)
-    _mass_matrix(q, out, 0, 1, _together)
-    return out.reshape((8, 8))
+    out = np.empty((8, 8))
+    _mass_matrix(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1534,7 +1575,7 @@ def mass_matrix_into(q, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix(q, out.ravel(), 0, 1, _together)
+    _mass_matrix(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1728,9 +1769,9 @@ def mass_matrix_p(q, p):
         raise ValueError("q must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(64)
-    _mass_matrix_p(q, p, out, 0, 1, _together)
-    return out.reshape((8, 8))
+    out = np.empty((8, 8))
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1744,7 +1785,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1937,9 +1978,9 @@ def mass_matrix_inverse(q):
     """Inverse of the mass matrix (n, n)."""
     if q.shape[0] != 8:
         raise ValueError("q must have 8 entries")
-    out = np.empty(64)
-    _mass_matrix_inverse(q, out, 0, 1, _together)
-    return out.reshape((8, 8))
+    out = np.empty((8, 8))
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1951,7 +1992,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2149,9 +2190,9 @@ def mass_matrix_inverse_p(q, p):
         raise ValueError("q must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(64)
-    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
-    return out.reshape((8, 8))
+    out = np.empty((8, 8))
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -2165,7 +2206,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4493,9 +4534,9 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
         raise ValueError("qd must have 8 entries")
     if qdd.shape[0] != 8:
         raise ValueError("qdd must have 8 entries")
-    out = np.empty(128)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((8, 16))
+    out = np.empty((8, 16))
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4511,7 +4552,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 128 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4892,9 +4933,9 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(128)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((8, 16))
+    out = np.empty((8, 16))
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4912,7 +4953,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 128 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5259,9 +5300,9 @@ def forward_dynamics_state_jacobian(q, qd, tau):
         raise ValueError("qd must have 8 entries")
     if tau.shape[0] != 8:
         raise ValueError("tau must have 8 entries")
-    out = np.empty(128)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
-    return out.reshape((8, 16))
+    out = np.empty((8, 16))
+    _forward_dynamics_state_jacobian(q, qd, tau, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5277,7 +5318,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 128 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian(q, qd, tau, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5674,9 +5715,9 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
         raise ValueError("tau must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(128)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
-    return out.reshape((8, 16))
+    out = np.empty((8, 16))
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5694,7 +5735,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 128 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6246,9 +6287,9 @@ def state_derivative_state_jacobian(x, u):
         raise ValueError("x must have 18 entries")
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
-    out = np.empty(324)
-    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((18, 18))
+    out = np.empty((18, 18))
+    _state_derivative_state_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6262,7 +6303,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 324 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6856,9 +6897,9 @@ def state_derivative_state_jacobian_p(x, u, p):
         raise ValueError("u must have 2 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(324)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((18, 18))
+    out = np.empty((18, 18))
+    _state_derivative_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6874,7 +6915,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 324 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7070,9 +7111,9 @@ def state_derivative_input_jacobian(x, u):
         raise ValueError("x must have 18 entries")
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
-    out = np.empty(36)
-    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((18, 2))
+    out = np.empty((18, 2))
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7086,7 +7127,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7280,9 +7321,9 @@ def state_derivative_input_jacobian_p(x, u, p):
         raise ValueError("u must have 2 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(36)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((18, 2))
+    out = np.empty((18, 2))
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7298,7 +7339,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7750,9 +7791,9 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
         raise ValueError("qd must have 8 entries")
     if qdd.shape[0] != 8:
         raise ValueError("qdd must have 8 entries")
-    out = np.empty(224)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((8, 28))
+    out = np.empty((8, 28))
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7768,7 +7809,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 224 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8249,9 +8290,9 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(224)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((8, 28))
+    out = np.empty((8, 28))
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8269,7 +8310,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 224 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9061,9 +9102,9 @@ def state_derivative_parameter_jacobian(x, u):
         raise ValueError("x must have 18 entries")
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
-    out = np.empty(504)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((18, 28))
+    out = np.empty((18, 28))
+    _state_derivative_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -9077,7 +9118,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 504 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9923,9 +9964,9 @@ def state_derivative_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 2 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(504)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((18, 28))
+    out = np.empty((18, 28))
+    _state_derivative_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -9941,7 +9982,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 504 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10453,9 +10494,9 @@ def output_state_jacobian(x, u):
         raise ValueError("x must have 18 entries")
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
-    out = np.empty(36)
-    _output_state_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((2, 18))
+    out = np.empty((2, 18))
+    _output_state_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10469,7 +10510,7 @@ def output_state_jacobian_into(x, u, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _output_state_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10647,9 +10688,9 @@ def output_state_jacobian_p(x, u, p):
         raise ValueError("u must have 2 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(36)
-    _output_state_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((2, 18))
+    out = np.empty((2, 18))
+    _output_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10665,7 +10706,7 @@ def output_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _output_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10818,9 +10859,9 @@ def output_input_jacobian(x, u):
         raise ValueError("x must have 18 entries")
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
-    out = np.empty(4)
-    _output_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((2, 2))
+    out = np.empty((2, 2))
+    _output_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10834,7 +10875,7 @@ def output_input_jacobian_into(x, u, out):
         raise ValueError("out must have 4 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _output_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10978,9 +11019,9 @@ def output_input_jacobian_p(x, u, p):
         raise ValueError("u must have 2 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(4)
-    _output_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((2, 2))
+    out = np.empty((2, 2))
+    _output_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10996,7 +11037,7 @@ def output_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 4 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _output_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11202,9 +11243,9 @@ def output_parameter_jacobian(x, u):
         raise ValueError("x must have 18 entries")
     if u.shape[0] != 2:
         raise ValueError("u must have 2 entries")
-    out = np.empty(56)
-    _output_parameter_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((2, 28))
+    out = np.empty((2, 28))
+    _output_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11218,7 +11259,7 @@ def output_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 56 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _output_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11417,9 +11458,9 @@ def output_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 2 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(56)
-    _output_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((2, 28))
+    out = np.empty((2, 28))
+    _output_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11435,7 +11476,7 @@ def output_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 56 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _output_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11606,9 +11647,9 @@ def forward_kinematics(q):
     """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
     if q.shape[0] != 8:
         raise ValueError("q must have 8 entries")
-    out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11620,7 +11661,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics(q, out.ravel(), 0, 1, _together)
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11768,9 +11809,9 @@ def forward_kinematics_p(q, p):
         raise ValueError("q must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11784,7 +11825,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11969,9 +12010,9 @@ def jacobian(q):
     """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
     if q.shape[0] != 8:
         raise ValueError("q must have 8 entries")
-    out = np.empty(48)
-    _jacobian(q, out, 0, 1, _together)
-    return out.reshape((6, 8))
+    out = np.empty((6, 8))
+    _jacobian(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11983,7 +12024,7 @@ def jacobian_into(q, out):
         raise ValueError("out must have 48 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian(q, out.ravel(), 0, 1, _together)
+    _jacobian(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -12163,9 +12204,9 @@ def jacobian_p(q, p):
         raise ValueError("q must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(48)
-    _jacobian_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 8))
+    out = np.empty((6, 8))
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12179,7 +12220,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("out must have 48 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -12377,9 +12418,9 @@ def jacobian_rate(q, qd):
         raise ValueError("q must have 8 entries")
     if qd.shape[0] != 8:
         raise ValueError("qd must have 8 entries")
-    out = np.empty(48)
-    _jacobian_rate(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 8))
+    out = np.empty((6, 8))
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12393,7 +12434,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("out must have 48 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -12605,9 +12646,9 @@ def jacobian_rate_p(q, qd, p):
         raise ValueError("qd must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(48)
-    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 8))
+    out = np.empty((6, 8))
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12623,7 +12664,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("out must have 48 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -13136,9 +13177,9 @@ def coriolis_matrix(q, qd):
         raise ValueError("q must have 8 entries")
     if qd.shape[0] != 8:
         raise ValueError("qd must have 8 entries")
-    out = np.empty(64)
-    _coriolis_matrix(q, qd, out, 0, 1, _together)
-    return out.reshape((8, 8))
+    out = np.empty((8, 8))
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -13152,7 +13193,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -13368,9 +13409,9 @@ def coriolis_matrix_p(q, qd, p):
         raise ValueError("qd must have 8 entries")
     if p.shape[0] != 28:
         raise ValueError("p must have 28 entries")
-    out = np.empty(64)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((8, 8))
+    out = np.empty((8, 8))
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -13386,7 +13427,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("out must have 64 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -68,6 +68,9 @@ def _sincos(builder, x):
     def plus(a, b):
         return builder.fadd(a, b, flags=[*FAST])
 
+    def pair(i, terms):
+        return plus(times(z, number(terms[i + 1])), number(terms[i]))
+
     # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
     rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
     n = builder.fsub(rounded, number(6755399441055744.0))
@@ -75,11 +78,18 @@ def _sincos(builder, x):
     above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
     r = builder.select(builder.and_(above, below), r, number(math.nan))
     z = times(r, r)
-    s, c = number(SINE[-1]), number(COSINE[-1])
-    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
-        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    if lanes:  # all angles of a state: nothing else goes on meanwhile, so few operations in a row (Estrin 1960)
+        w = times(z, z)
+        s, c = (
+            plus(times(pair(4, terms), times(w, w)), plus(times(pair(2, terms), w), pair(0, terms)))
+            for terms in (SINE, COSINE))
+        c = plus(times(c, w), plus(times(z, number(-0.5)), number(1.0)))
+    else:  # one of many states: few operations
+        s, c = number(SINE[-1]), number(COSINE[-1])
+        for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+            s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+        c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     s = plus(times(times(r, z), s), r)
-    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     quarter = builder.bitcast(rounded, integer)
     odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
 
@@ -169,6 +179,37 @@ def _aligned_stack():
 
 if not config.DISABLE_JIT:
     _align_stack = _aligned_stack()
+
+
+def _flat(out):
+    """A contiguous array as a vector, which shares its memory."""
+    return out.reshape(-1)
+
+
+def _flattened():
+    """The same as an intrinsic: reshape and ravel of Numba call a function each time, which takes 30 ns."""
+
+    @intrinsic
+    def flat(context, out):
+        vector = types.Array(out.dtype, 1, "C", readonly=not out.mutable)  # that it is one, whoever calls has seen
+
+        def generate(context, builder, signature, arguments):
+            given = context.make_array(out)(context, builder, arguments[0])
+            made = context.make_array(vector)(context, builder)
+            made.meminfo, made.parent, made.data = given.meminfo, given.parent, given.data
+            made.nitems, made.itemsize = given.nitems, given.itemsize
+            made.shape = builder.insert_value(made.shape, given.nitems, 0)
+            made.strides = builder.insert_value(made.strides, given.itemsize, 0)
+            context.nrt.incref(builder, vector, made._getvalue())
+            return made._getvalue()
+
+        return vector(out), generate
+
+    return flat
+
+
+if not config.DISABLE_JIT:
+    _flat = _flattened()
 
 
 def _gather(rows, width, entry, entries, row, last, lines, lane):
@@ -1264,9 +1305,9 @@ def mass_matrix(q):
     """Mass matrix M (n, n): symmetric, positive definite."""
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
-    out = np.empty(16)
-    _mass_matrix(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _mass_matrix(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1278,7 +1319,7 @@ def mass_matrix_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix(q, out.ravel(), 0, 1, _together)
+    _mass_matrix(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1417,9 +1458,9 @@ def mass_matrix_p(q, p):
         raise ValueError("q must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(16)
-    _mass_matrix_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1433,7 +1474,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1576,9 +1617,9 @@ def mass_matrix_inverse(q):
     """Inverse of the mass matrix (n, n)."""
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
-    out = np.empty(16)
-    _mass_matrix_inverse(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1590,7 +1631,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -1729,9 +1770,9 @@ def mass_matrix_inverse_p(q, p):
         raise ValueError("q must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(16)
-    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -1745,7 +1786,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3670,9 +3711,9 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
         raise ValueError("qd must have 4 entries")
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
-    out = np.empty(32)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((4, 8))
+    out = np.empty((4, 8))
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3688,7 +3729,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 32 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3915,9 +3956,9 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(32)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((4, 8))
+    out = np.empty((4, 8))
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3935,7 +3976,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 32 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4142,9 +4183,9 @@ def forward_dynamics_state_jacobian(q, qd, tau):
         raise ValueError("qd must have 4 entries")
     if tau.shape[0] != 4:
         raise ValueError("tau must have 4 entries")
-    out = np.empty(32)
-    _forward_dynamics_state_jacobian(q, qd, tau, out, 0, 1, _together)
-    return out.reshape((4, 8))
+    out = np.empty((4, 8))
+    _forward_dynamics_state_jacobian(q, qd, tau, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4160,7 +4201,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 32 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian(q, qd, tau, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4390,9 +4431,9 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
         raise ValueError("tau must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(32)
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out, 0, 1, _together)
-    return out.reshape((4, 8))
+    out = np.empty((4, 8))
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4410,7 +4451,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 32 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p(q, qd, tau, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4664,9 +4705,9 @@ def state_derivative_state_jacobian(x, u):
         raise ValueError("x must have 9 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(81)
-    _state_derivative_state_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((9, 9))
+    out = np.empty((9, 9))
+    _state_derivative_state_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4680,7 +4721,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 81 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4945,9 +4986,9 @@ def state_derivative_state_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(81)
-    _state_derivative_state_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((9, 9))
+    out = np.empty((9, 9))
+    _state_derivative_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4963,7 +5004,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 81 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5121,9 +5162,9 @@ def state_derivative_input_jacobian(x, u):
         raise ValueError("x must have 9 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(9)
-    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((9, 1))
+    out = np.empty((9, 1))
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5137,7 +5178,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("out must have 9 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5288,9 +5329,9 @@ def state_derivative_input_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(9)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((9, 1))
+    out = np.empty((9, 1))
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5306,7 +5347,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 9 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5560,9 +5601,9 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
         raise ValueError("qd must have 4 entries")
     if qdd.shape[0] != 4:
         raise ValueError("qdd must have 4 entries")
-    out = np.empty(84)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((4, 21))
+    out = np.empty((4, 21))
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5578,7 +5619,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 84 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -5851,9 +5892,9 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(84)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((4, 21))
+    out = np.empty((4, 21))
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -5871,7 +5912,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 84 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6261,9 +6302,9 @@ def state_derivative_parameter_jacobian(x, u):
         raise ValueError("x must have 9 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(189)
-    _state_derivative_parameter_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((9, 21))
+    out = np.empty((9, 21))
+    _state_derivative_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6277,7 +6318,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 189 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -6684,9 +6725,9 @@ def state_derivative_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(189)
-    _state_derivative_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((9, 21))
+    out = np.empty((9, 21))
+    _state_derivative_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -6702,7 +6743,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 189 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7183,9 +7224,9 @@ def output_state_jacobian(x, u):
         raise ValueError("x must have 9 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(9)
-    _output_state_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((1, 9))
+    out = np.empty((1, 9))
+    _output_state_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7199,7 +7240,7 @@ def output_state_jacobian_into(x, u, out):
         raise ValueError("out must have 9 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_state_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _output_state_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7350,9 +7391,9 @@ def output_state_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(9)
-    _output_state_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((1, 9))
+    out = np.empty((1, 9))
+    _output_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7368,7 +7409,7 @@ def output_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 9 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_state_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _output_state_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7518,9 +7559,9 @@ def output_input_jacobian(x, u):
         raise ValueError("x must have 9 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(1)
-    _output_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _output_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7534,7 +7575,7 @@ def output_input_jacobian_into(x, u, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _output_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7675,9 +7716,9 @@ def output_input_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(1)
-    _output_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((1, 1))
+    out = np.empty((1, 1))
+    _output_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7693,7 +7734,7 @@ def output_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 1 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _output_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7863,9 +7904,9 @@ def output_parameter_jacobian(x, u):
         raise ValueError("x must have 9 entries")
     if u.shape[0] != 1:
         raise ValueError("u must have 1 entries")
-    out = np.empty(21)
-    _output_parameter_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((1, 21))
+    out = np.empty((1, 21))
+    _output_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7879,7 +7920,7 @@ def output_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 21 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_parameter_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _output_parameter_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8042,9 +8083,9 @@ def output_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 1 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(21)
-    _output_parameter_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((1, 21))
+    out = np.empty((1, 21))
+    _output_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8060,7 +8101,7 @@ def output_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 21 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _output_parameter_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _output_parameter_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8225,9 +8266,9 @@ def forward_kinematics(q):
     """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
-    out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8239,7 +8280,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics(q, out.ravel(), 0, 1, _together)
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8376,9 +8417,9 @@ def forward_kinematics_p(q, p):
         raise ValueError("q must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8392,7 +8433,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8543,9 +8584,9 @@ def jacobian(q):
     """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
     if q.shape[0] != 4:
         raise ValueError("q must have 4 entries")
-    out = np.empty(24)
-    _jacobian(q, out, 0, 1, _together)
-    return out.reshape((6, 4))
+    out = np.empty((6, 4))
+    _jacobian(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8557,7 +8598,7 @@ def jacobian_into(q, out):
         raise ValueError("out must have 24 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian(q, out.ravel(), 0, 1, _together)
+    _jacobian(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8700,9 +8741,9 @@ def jacobian_p(q, p):
         raise ValueError("q must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(24)
-    _jacobian_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 4))
+    out = np.empty((6, 4))
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8716,7 +8757,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("out must have 24 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8869,9 +8910,9 @@ def jacobian_rate(q, qd):
         raise ValueError("q must have 4 entries")
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
-    out = np.empty(24)
-    _jacobian_rate(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 4))
+    out = np.empty((6, 4))
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8885,7 +8926,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("out must have 24 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9049,9 +9090,9 @@ def jacobian_rate_p(q, qd, p):
         raise ValueError("qd must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(24)
-    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 4))
+    out = np.empty((6, 4))
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -9067,7 +9108,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("out must have 24 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9231,9 +9272,9 @@ def coriolis_matrix(q, qd):
         raise ValueError("q must have 4 entries")
     if qd.shape[0] != 4:
         raise ValueError("qd must have 4 entries")
-    out = np.empty(16)
-    _coriolis_matrix(q, qd, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -9247,7 +9288,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9403,9 +9444,9 @@ def coriolis_matrix_p(q, qd, p):
         raise ValueError("qd must have 4 entries")
     if p.shape[0] != 21:
         raise ValueError("p must have 21 entries")
-    out = np.empty(16)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -9421,7 +9462,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

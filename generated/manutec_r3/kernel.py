@@ -68,6 +68,9 @@ def _sincos(builder, x):
     def plus(a, b):
         return builder.fadd(a, b, flags=[*FAST])
 
+    def pair(i, terms):
+        return plus(times(z, number(terms[i + 1])), number(terms[i]))
+
     # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
     rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
     n = builder.fsub(rounded, number(6755399441055744.0))
@@ -75,11 +78,18 @@ def _sincos(builder, x):
     above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
     r = builder.select(builder.and_(above, below), r, number(math.nan))
     z = times(r, r)
-    s, c = number(SINE[-1]), number(COSINE[-1])
-    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
-        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    if lanes:  # all angles of a state: nothing else goes on meanwhile, so few operations in a row (Estrin 1960)
+        w = times(z, z)
+        s, c = (
+            plus(times(pair(4, terms), times(w, w)), plus(times(pair(2, terms), w), pair(0, terms)))
+            for terms in (SINE, COSINE))
+        c = plus(times(c, w), plus(times(z, number(-0.5)), number(1.0)))
+    else:  # one of many states: few operations
+        s, c = number(SINE[-1]), number(COSINE[-1])
+        for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+            s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+        c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     s = plus(times(times(r, z), s), r)
-    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     quarter = builder.bitcast(rounded, integer)
     odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
 
@@ -169,6 +179,37 @@ def _aligned_stack():
 
 if not config.DISABLE_JIT:
     _align_stack = _aligned_stack()
+
+
+def _flat(out):
+    """A contiguous array as a vector, which shares its memory."""
+    return out.reshape(-1)
+
+
+def _flattened():
+    """The same as an intrinsic: reshape and ravel of Numba call a function each time, which takes 30 ns."""
+
+    @intrinsic
+    def flat(context, out):
+        vector = types.Array(out.dtype, 1, "C", readonly=not out.mutable)  # that it is one, whoever calls has seen
+
+        def generate(context, builder, signature, arguments):
+            given = context.make_array(out)(context, builder, arguments[0])
+            made = context.make_array(vector)(context, builder)
+            made.meminfo, made.parent, made.data = given.meminfo, given.parent, given.data
+            made.nitems, made.itemsize = given.nitems, given.itemsize
+            made.shape = builder.insert_value(made.shape, given.nitems, 0)
+            made.strides = builder.insert_value(made.strides, given.itemsize, 0)
+            context.nrt.incref(builder, vector, made._getvalue())
+            return made._getvalue()
+
+        return vector(out), generate
+
+    return flat
+
+
+if not config.DISABLE_JIT:
+    _flat = _flattened()
 
 
 def _gather(rows, width, entry, entries, row, last, lines, lane):
@@ -2636,9 +2677,9 @@ def mass_matrix(q):
     """Mass matrix M (n, n): symmetric, positive definite."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(36)
-    _mass_matrix(q, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -2650,7 +2691,7 @@ def mass_matrix_into(q, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix(q, out.ravel(), 0, 1, _together)
+    _mass_matrix(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3036,9 +3077,9 @@ def mass_matrix_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(36)
-    _mass_matrix_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3052,7 +3093,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3393,9 +3434,9 @@ def mass_matrix_inverse(q):
     """Inverse of the mass matrix (n, n)."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(36)
-    _mass_matrix_inverse(q, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3407,7 +3448,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3859,9 +3900,9 @@ def mass_matrix_inverse_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(36)
-    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3875,7 +3916,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8045,9 +8086,9 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
         raise ValueError("qd must have 6 entries")
     if qdd.shape[0] != 6:
         raise ValueError("qdd must have 6 entries")
-    out = np.empty(72)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8063,7 +8104,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -9103,9 +9144,9 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(72)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -9123,7 +9164,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11312,9 +11353,9 @@ def forward_dynamics_state_jacobian(q, qd, tau):
         raise ValueError("qd must have 6 entries")
     if tau.shape[0] != 6:
         raise ValueError("tau must have 6 entries")
-    out = np.empty(72)
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11330,7 +11371,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -13834,9 +13875,9 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
         raise ValueError("tau must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(72)
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -13854,7 +13895,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16185,9 +16226,9 @@ def state_derivative_state_jacobian(x, u):
         raise ValueError("x must have 12 entries")
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
-    out = np.empty(144)
-    _state_derivative_state_jacobian_of_one(x, u, out, 0, 1, _together)
-    return out.reshape((12, 12))
+    out = np.empty((12, 12))
+    _state_derivative_state_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -16201,7 +16242,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 144 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -18829,9 +18870,9 @@ def state_derivative_state_jacobian_p(x, u, p):
         raise ValueError("u must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(144)
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
-    return out.reshape((12, 12))
+    out = np.empty((12, 12))
+    _state_derivative_state_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -18847,7 +18888,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 144 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -19260,9 +19301,9 @@ def state_derivative_input_jacobian(x, u):
         raise ValueError("x must have 12 entries")
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
-    out = np.empty(72)
-    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((12, 6))
+    out = np.empty((12, 6))
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -19276,7 +19317,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -19810,9 +19851,9 @@ def state_derivative_input_jacobian_p(x, u, p):
         raise ValueError("u must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(72)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((12, 6))
+    out = np.empty((12, 6))
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -19828,7 +19869,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -20918,9 +20959,9 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
         raise ValueError("qd must have 6 entries")
     if qdd.shape[0] != 6:
         raise ValueError("qdd must have 6 entries")
-    out = np.empty(354)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((6, 59))
+    out = np.empty((6, 59))
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -20936,7 +20977,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 354 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -22192,9 +22233,9 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(354)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((6, 59))
+    out = np.empty((6, 59))
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -22212,7 +22253,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 354 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -26158,9 +26199,9 @@ def state_derivative_parameter_jacobian(x, u):
         raise ValueError("x must have 12 entries")
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
-    out = np.empty(708)
-    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
-    return out.reshape((12, 59))
+    out = np.empty((12, 59))
+    _state_derivative_parameter_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -26174,7 +26215,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 708 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30562,9 +30603,9 @@ def state_derivative_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(708)
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
-    return out.reshape((12, 59))
+    out = np.empty((12, 59))
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -30580,7 +30621,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 708 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30790,9 +30831,9 @@ def forward_kinematics(q):
     """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -30804,7 +30845,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics(q, out.ravel(), 0, 1, _together)
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30995,9 +31036,9 @@ def forward_kinematics_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -31011,7 +31052,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -31243,9 +31284,9 @@ def jacobian(q):
     """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(36)
-    _jacobian(q, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -31257,7 +31298,7 @@ def jacobian_into(q, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian(q, out.ravel(), 0, 1, _together)
+    _jacobian(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -31488,9 +31529,9 @@ def jacobian_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(36)
-    _jacobian_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -31504,7 +31545,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -31795,9 +31836,9 @@ def jacobian_rate(q, qd):
         raise ValueError("q must have 6 entries")
     if qd.shape[0] != 6:
         raise ValueError("qd must have 6 entries")
-    out = np.empty(36)
-    _jacobian_rate(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -31811,7 +31852,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -32120,9 +32161,9 @@ def jacobian_rate_p(q, qd, p):
         raise ValueError("qd must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(36)
-    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -32138,7 +32179,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -33007,9 +33048,9 @@ def coriolis_matrix(q, qd):
         raise ValueError("q must have 6 entries")
     if qd.shape[0] != 6:
         raise ValueError("qd must have 6 entries")
-    out = np.empty(36)
-    _coriolis_matrix(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -33023,7 +33064,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -33594,9 +33635,9 @@ def coriolis_matrix_p(q, qd, p):
         raise ValueError("qd must have 6 entries")
     if p.shape[0] != 59:
         raise ValueError("p must have 59 entries")
-    out = np.empty(36)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -33612,7 +33653,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

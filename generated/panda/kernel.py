@@ -68,6 +68,9 @@ def _sincos(builder, x):
     def plus(a, b):
         return builder.fadd(a, b, flags=[*FAST])
 
+    def pair(i, terms):
+        return plus(times(z, number(terms[i + 1])), number(terms[i]))
+
     # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
     rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
     n = builder.fsub(rounded, number(6755399441055744.0))
@@ -75,11 +78,18 @@ def _sincos(builder, x):
     above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
     r = builder.select(builder.and_(above, below), r, number(math.nan))
     z = times(r, r)
-    s, c = number(SINE[-1]), number(COSINE[-1])
-    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
-        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    if lanes:  # all angles of a state: nothing else goes on meanwhile, so few operations in a row (Estrin 1960)
+        w = times(z, z)
+        s, c = (
+            plus(times(pair(4, terms), times(w, w)), plus(times(pair(2, terms), w), pair(0, terms)))
+            for terms in (SINE, COSINE))
+        c = plus(times(c, w), plus(times(z, number(-0.5)), number(1.0)))
+    else:  # one of many states: few operations
+        s, c = number(SINE[-1]), number(COSINE[-1])
+        for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+            s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+        c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     s = plus(times(times(r, z), s), r)
-    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     quarter = builder.bitcast(rounded, integer)
     odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
 
@@ -169,6 +179,37 @@ def _aligned_stack():
 
 if not config.DISABLE_JIT:
     _align_stack = _aligned_stack()
+
+
+def _flat(out):
+    """A contiguous array as a vector, which shares its memory."""
+    return out.reshape(-1)
+
+
+def _flattened():
+    """The same as an intrinsic: reshape and ravel of Numba call a function each time, which takes 30 ns."""
+
+    @intrinsic
+    def flat(context, out):
+        vector = types.Array(out.dtype, 1, "C", readonly=not out.mutable)  # that it is one, whoever calls has seen
+
+        def generate(context, builder, signature, arguments):
+            given = context.make_array(out)(context, builder, arguments[0])
+            made = context.make_array(vector)(context, builder)
+            made.meminfo, made.parent, made.data = given.meminfo, given.parent, given.data
+            made.nitems, made.itemsize = given.nitems, given.itemsize
+            made.shape = builder.insert_value(made.shape, given.nitems, 0)
+            made.strides = builder.insert_value(made.strides, given.itemsize, 0)
+            context.nrt.incref(builder, vector, made._getvalue())
+            return made._getvalue()
+
+        return vector(out), generate
+
+    return flat
+
+
+if not config.DISABLE_JIT:
+    _flat = _flattened()
 
 
 def _gather(rows, width, entry, entries, row, last, lines, lane):
@@ -3284,9 +3325,9 @@ def mass_matrix(q):
     """Mass matrix M (n, n): symmetric, positive definite."""
     if q.shape[0] != 7:
         raise ValueError("q must have 7 entries")
-    out = np.empty(49)
-    _mass_matrix(q, out, 0, 1, _together)
-    return out.reshape((7, 7))
+    out = np.empty((7, 7))
+    _mass_matrix(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3298,7 +3339,7 @@ def mass_matrix_into(q, out):
         raise ValueError("out must have 49 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix(q, out.ravel(), 0, 1, _together)
+    _mass_matrix(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3808,9 +3849,9 @@ def mass_matrix_p(q, p):
         raise ValueError("q must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(49)
-    _mass_matrix_p(q, p, out, 0, 1, _together)
-    return out.reshape((7, 7))
+    out = np.empty((7, 7))
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3824,7 +3865,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("out must have 49 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4267,9 +4308,9 @@ def mass_matrix_inverse(q):
     """Inverse of the mass matrix (n, n)."""
     if q.shape[0] != 7:
         raise ValueError("q must have 7 entries")
-    out = np.empty(49)
-    _mass_matrix_inverse(q, out, 0, 1, _together)
-    return out.reshape((7, 7))
+    out = np.empty((7, 7))
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4281,7 +4322,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("out must have 49 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -4892,9 +4933,9 @@ def mass_matrix_inverse_p(q, p):
         raise ValueError("q must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(49)
-    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
-    return out.reshape((7, 7))
+    out = np.empty((7, 7))
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -4908,7 +4949,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("out must have 49 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10246,9 +10287,9 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
         raise ValueError("qd must have 7 entries")
     if qdd.shape[0] != 7:
         raise ValueError("qdd must have 7 entries")
-    out = np.empty(98)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((7, 14))
+    out = np.empty((7, 14))
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10264,7 +10305,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 98 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -11703,9 +11744,9 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(98)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((7, 14))
+    out = np.empty((7, 14))
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -11723,7 +11764,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 98 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -14835,9 +14876,9 @@ def forward_dynamics_state_jacobian(q, qd, tau):
         raise ValueError("qd must have 7 entries")
     if tau.shape[0] != 7:
         raise ValueError("tau must have 7 entries")
-    out = np.empty(98)
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, 0, 1, _together)
-    return out.reshape((7, 14))
+    out = np.empty((7, 14))
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -14853,7 +14894,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 98 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -18242,9 +18283,9 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
         raise ValueError("tau must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(98)
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, 0, 1, _together)
-    return out.reshape((7, 14))
+    out = np.empty((7, 14))
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -18262,7 +18303,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 98 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -21568,9 +21609,9 @@ def state_derivative_state_jacobian(x, u):
         raise ValueError("x must have 14 entries")
     if u.shape[0] != 7:
         raise ValueError("u must have 7 entries")
-    out = np.empty(196)
-    _state_derivative_state_jacobian_of_one(x, u, out, 0, 1, _together)
-    return out.reshape((14, 14))
+    out = np.empty((14, 14))
+    _state_derivative_state_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -21584,7 +21625,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 196 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -25149,9 +25190,9 @@ def state_derivative_state_jacobian_p(x, u, p):
         raise ValueError("u must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(196)
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
-    return out.reshape((14, 14))
+    out = np.empty((14, 14))
+    _state_derivative_state_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -25167,7 +25208,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 196 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -25702,9 +25743,9 @@ def state_derivative_input_jacobian(x, u):
         raise ValueError("x must have 14 entries")
     if u.shape[0] != 7:
         raise ValueError("u must have 7 entries")
-    out = np.empty(98)
-    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((14, 7))
+    out = np.empty((14, 7))
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -25718,7 +25759,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("out must have 98 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -26420,9 +26461,9 @@ def state_derivative_input_jacobian_p(x, u, p):
         raise ValueError("u must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(98)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((14, 7))
+    out = np.empty((14, 7))
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -26438,7 +26479,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 98 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28340,9 +28381,9 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
         raise ValueError("qd must have 7 entries")
     if qdd.shape[0] != 7:
         raise ValueError("qdd must have 7 entries")
-    out = np.empty(532)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((7, 76))
+    out = np.empty((7, 76))
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -28358,7 +28399,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 532 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30427,9 +30468,9 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(532)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((7, 76))
+    out = np.empty((7, 76))
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -30447,7 +30488,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 532 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -37090,9 +37131,9 @@ def state_derivative_parameter_jacobian(x, u):
         raise ValueError("x must have 14 entries")
     if u.shape[0] != 7:
         raise ValueError("u must have 7 entries")
-    out = np.empty(1064)
-    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
-    return out.reshape((14, 76))
+    out = np.empty((14, 76))
+    _state_derivative_parameter_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -37106,7 +37147,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 1064 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -44107,9 +44148,9 @@ def state_derivative_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(1064)
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
-    return out.reshape((14, 76))
+    out = np.empty((14, 76))
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -44125,7 +44166,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 1064 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -44338,9 +44379,9 @@ def forward_kinematics(q):
     """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
     if q.shape[0] != 7:
         raise ValueError("q must have 7 entries")
-    out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -44352,7 +44393,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics(q, out.ravel(), 0, 1, _together)
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -44546,9 +44587,9 @@ def forward_kinematics_p(q, p):
         raise ValueError("q must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -44562,7 +44603,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -44822,9 +44863,9 @@ def jacobian(q):
     """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
     if q.shape[0] != 7:
         raise ValueError("q must have 7 entries")
-    out = np.empty(42)
-    _jacobian(q, out, 0, 1, _together)
-    return out.reshape((6, 7))
+    out = np.empty((6, 7))
+    _jacobian(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -44836,7 +44877,7 @@ def jacobian_into(q, out):
         raise ValueError("out must have 42 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian(q, out.ravel(), 0, 1, _together)
+    _jacobian(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -45095,9 +45136,9 @@ def jacobian_p(q, p):
         raise ValueError("q must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(42)
-    _jacobian_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 7))
+    out = np.empty((6, 7))
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -45111,7 +45152,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("out must have 42 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -45448,9 +45489,9 @@ def jacobian_rate(q, qd):
         raise ValueError("q must have 7 entries")
     if qd.shape[0] != 7:
         raise ValueError("qd must have 7 entries")
-    out = np.empty(42)
-    _jacobian_rate(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 7))
+    out = np.empty((6, 7))
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -45464,7 +45505,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("out must have 42 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -45821,9 +45862,9 @@ def jacobian_rate_p(q, qd, p):
         raise ValueError("qd must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(42)
-    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 7))
+    out = np.empty((6, 7))
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -45839,7 +45880,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("out must have 42 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -46938,9 +46979,9 @@ def coriolis_matrix(q, qd):
         raise ValueError("q must have 7 entries")
     if qd.shape[0] != 7:
         raise ValueError("qd must have 7 entries")
-    out = np.empty(49)
-    _coriolis_matrix(q, qd, out, 0, 1, _together)
-    return out.reshape((7, 7))
+    out = np.empty((7, 7))
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -46954,7 +46995,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("out must have 49 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -47770,9 +47811,9 @@ def coriolis_matrix_p(q, qd, p):
         raise ValueError("qd must have 7 entries")
     if p.shape[0] != 76:
         raise ValueError("p must have 76 entries")
-    out = np.empty(49)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((7, 7))
+    out = np.empty((7, 7))
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -47788,7 +47829,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("out must have 49 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -68,6 +68,9 @@ def _sincos(builder, x):
     def plus(a, b):
         return builder.fadd(a, b, flags=[*FAST])
 
+    def pair(i, terms):
+        return plus(times(z, number(terms[i + 1])), number(terms[i]))
+
     # Beside 1.5 * 2^52 only the integer part has room: n is in the last bits, the quarter in the last two.
     rounded = plus(times(x, number(0.6366197723675814)), number(6755399441055744.0))
     n = builder.fsub(rounded, number(6755399441055744.0))
@@ -75,11 +78,18 @@ def _sincos(builder, x):
     above, below = builder.fcmp_ordered(">", x, number(-1e15)), builder.fcmp_ordered("<", x, number(1e15))
     r = builder.select(builder.and_(above, below), r, number(math.nan))
     z = times(r, r)
-    s, c = number(SINE[-1]), number(COSINE[-1])
-    for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
-        s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+    if lanes:  # all angles of a state: nothing else goes on meanwhile, so few operations in a row (Estrin 1960)
+        w = times(z, z)
+        s, c = (
+            plus(times(pair(4, terms), times(w, w)), plus(times(pair(2, terms), w), pair(0, terms)))
+            for terms in (SINE, COSINE))
+        c = plus(times(c, w), plus(times(z, number(-0.5)), number(1.0)))
+    else:  # one of many states: few operations
+        s, c = number(SINE[-1]), number(COSINE[-1])
+        for of_sine, of_cosine in zip(SINE[-2::-1], COSINE[-2::-1]):
+            s, c = plus(times(s, z), number(of_sine)), plus(times(c, z), number(of_cosine))
+        c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     s = plus(times(times(r, z), s), r)
-    c = plus(times(plus(times(c, z), number(-0.5)), z), number(1.0))
     quarter = builder.bitcast(rounded, integer)
     odd = builder.icmp_unsigned("!=", builder.and_(quarter, number(1, integer)), number(0, integer))
 
@@ -169,6 +179,37 @@ def _aligned_stack():
 
 if not config.DISABLE_JIT:
     _align_stack = _aligned_stack()
+
+
+def _flat(out):
+    """A contiguous array as a vector, which shares its memory."""
+    return out.reshape(-1)
+
+
+def _flattened():
+    """The same as an intrinsic: reshape and ravel of Numba call a function each time, which takes 30 ns."""
+
+    @intrinsic
+    def flat(context, out):
+        vector = types.Array(out.dtype, 1, "C", readonly=not out.mutable)  # that it is one, whoever calls has seen
+
+        def generate(context, builder, signature, arguments):
+            given = context.make_array(out)(context, builder, arguments[0])
+            made = context.make_array(vector)(context, builder)
+            made.meminfo, made.parent, made.data = given.meminfo, given.parent, given.data
+            made.nitems, made.itemsize = given.nitems, given.itemsize
+            made.shape = builder.insert_value(made.shape, given.nitems, 0)
+            made.strides = builder.insert_value(made.strides, given.itemsize, 0)
+            context.nrt.incref(builder, vector, made._getvalue())
+            return made._getvalue()
+
+        return vector(out), generate
+
+    return flat
+
+
+if not config.DISABLE_JIT:
+    _flat = _flattened()
 
 
 def _gather(rows, width, entry, entries, row, last, lines, lane):
@@ -2426,9 +2467,9 @@ def mass_matrix(q):
     """Mass matrix M (n, n): symmetric, positive definite."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(36)
-    _mass_matrix(q, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -2440,7 +2481,7 @@ def mass_matrix_into(q, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix(q, out.ravel(), 0, 1, _together)
+    _mass_matrix(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -2805,9 +2846,9 @@ def mass_matrix_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(36)
-    _mass_matrix_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -2821,7 +2862,7 @@ def mass_matrix_p_into(q, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3131,9 +3172,9 @@ def mass_matrix_inverse(q):
     """Inverse of the mass matrix (n, n)."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(36)
-    _mass_matrix_inverse(q, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3145,7 +3186,7 @@ def mass_matrix_inverse_into(q, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse(q, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -3563,9 +3604,9 @@ def mass_matrix_inverse_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(36)
-    _mass_matrix_inverse_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -3579,7 +3620,7 @@ def mass_matrix_inverse_p_into(q, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _mass_matrix_inverse_p(q, p, out.ravel(), 0, 1, _together)
+    _mass_matrix_inverse_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -7431,9 +7472,9 @@ def inverse_dynamics_state_jacobian(q, qd, qdd):
         raise ValueError("qd must have 6 entries")
     if qdd.shape[0] != 6:
         raise ValueError("qdd must have 6 entries")
-    out = np.empty(72)
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -7449,7 +7490,7 @@ def inverse_dynamics_state_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -8353,9 +8394,9 @@ def inverse_dynamics_state_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(72)
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -8373,7 +8414,7 @@ def inverse_dynamics_state_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_state_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -10211,9 +10252,9 @@ def forward_dynamics_state_jacobian(q, qd, tau):
         raise ValueError("qd must have 6 entries")
     if tau.shape[0] != 6:
         raise ValueError("tau must have 6 entries")
-    out = np.empty(72)
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -10229,7 +10270,7 @@ def forward_dynamics_state_jacobian_into(q, qd, tau, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_of_one(q, qd, tau, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_of_one(q, qd, tau, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -12357,9 +12398,9 @@ def forward_dynamics_state_jacobian_p(q, qd, tau, p):
         raise ValueError("tau must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(72)
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out, 0, 1, _together)
-    return out.reshape((6, 12))
+    out = np.empty((6, 12))
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -12377,7 +12418,7 @@ def forward_dynamics_state_jacobian_p_into(q, qd, tau, p, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, out.ravel(), 0, 1, _together)
+    _forward_dynamics_state_jacobian_p_of_one(q, qd, tau, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -14357,9 +14398,9 @@ def state_derivative_state_jacobian(x, u):
         raise ValueError("x must have 12 entries")
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
-    out = np.empty(144)
-    _state_derivative_state_jacobian_of_one(x, u, out, 0, 1, _together)
-    return out.reshape((12, 12))
+    out = np.empty((12, 12))
+    _state_derivative_state_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -14373,7 +14414,7 @@ def state_derivative_state_jacobian_into(x, u, out):
         raise ValueError("out must have 144 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -16625,9 +16666,9 @@ def state_derivative_state_jacobian_p(x, u, p):
         raise ValueError("u must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(144)
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
-    return out.reshape((12, 12))
+    out = np.empty((12, 12))
+    _state_derivative_state_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -16643,7 +16684,7 @@ def state_derivative_state_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 144 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_state_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_state_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -17022,9 +17063,9 @@ def state_derivative_input_jacobian(x, u):
         raise ValueError("x must have 12 entries")
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
-    out = np.empty(72)
-    _state_derivative_input_jacobian(x, u, out, 0, 1, _together)
-    return out.reshape((12, 6))
+    out = np.empty((12, 6))
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -17038,7 +17079,7 @@ def state_derivative_input_jacobian_into(x, u, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -17528,9 +17569,9 @@ def state_derivative_input_jacobian_p(x, u, p):
         raise ValueError("u must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(72)
-    _state_derivative_input_jacobian_p(x, u, p, out, 0, 1, _together)
-    return out.reshape((12, 6))
+    out = np.empty((12, 6))
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -17546,7 +17587,7 @@ def state_derivative_input_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 72 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_input_jacobian_p(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_input_jacobian_p(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -18564,9 +18605,9 @@ def inverse_dynamics_parameter_jacobian(q, qd, qdd):
         raise ValueError("qd must have 6 entries")
     if qdd.shape[0] != 6:
         raise ValueError("qdd must have 6 entries")
-    out = np.empty(324)
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out, 0, 1, _together)
-    return out.reshape((6, 54))
+    out = np.empty((6, 54))
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -18582,7 +18623,7 @@ def inverse_dynamics_parameter_jacobian_into(q, qd, qdd, out):
         raise ValueError("out must have 324 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian(q, qd, qdd, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian(q, qd, qdd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -19730,9 +19771,9 @@ def inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p):
         raise ValueError("qdd must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(324)
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out, 0, 1, _together)
-    return out.reshape((6, 54))
+    out = np.empty((6, 54))
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -19750,7 +19791,7 @@ def inverse_dynamics_parameter_jacobian_p_into(q, qd, qdd, p, out):
         raise ValueError("out must have 324 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, out.ravel(), 0, 1, _together)
+    _inverse_dynamics_parameter_jacobian_p(q, qd, qdd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -23236,9 +23277,9 @@ def state_derivative_parameter_jacobian(x, u):
         raise ValueError("x must have 12 entries")
     if u.shape[0] != 6:
         raise ValueError("u must have 6 entries")
-    out = np.empty(648)
-    _state_derivative_parameter_jacobian_of_one(x, u, out, 0, 1, _together)
-    return out.reshape((12, 54))
+    out = np.empty((12, 54))
+    _state_derivative_parameter_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -23252,7 +23293,7 @@ def state_derivative_parameter_jacobian_into(x, u, out):
         raise ValueError("out must have 648 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_of_one(x, u, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_of_one(x, u, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -27192,9 +27233,9 @@ def state_derivative_parameter_jacobian_p(x, u, p):
         raise ValueError("u must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(648)
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out, 0, 1, _together)
-    return out.reshape((12, 54))
+    out = np.empty((12, 54))
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -27210,7 +27251,7 @@ def state_derivative_parameter_jacobian_p_into(x, u, p, out):
         raise ValueError("out must have 648 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _state_derivative_parameter_jacobian_p_of_one(x, u, p, out.ravel(), 0, 1, _together)
+    _state_derivative_parameter_jacobian_p_of_one(x, u, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -27421,9 +27462,9 @@ def forward_kinematics(q):
     """Pose (4, 4) of the tool's frame in the world; of the last link's where there is no tool."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(16)
-    _forward_kinematics(q, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -27435,7 +27476,7 @@ def forward_kinematics_into(q, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics(q, out.ravel(), 0, 1, _together)
+    _forward_kinematics(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -27627,9 +27668,9 @@ def forward_kinematics_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(16)
-    _forward_kinematics_p(q, p, out, 0, 1, _together)
-    return out.reshape((4, 4))
+    out = np.empty((4, 4))
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -27643,7 +27684,7 @@ def forward_kinematics_p_into(q, p, out):
         raise ValueError("out must have 16 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _forward_kinematics_p(q, p, out.ravel(), 0, 1, _together)
+    _forward_kinematics_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -27877,9 +27918,9 @@ def jacobian(q):
     """Geometric Jacobian (6, n) of the tool's frame in the axes of the world frame: linear rows first, then angular ones."""
     if q.shape[0] != 6:
         raise ValueError("q must have 6 entries")
-    out = np.empty(36)
-    _jacobian(q, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian(q, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -27891,7 +27932,7 @@ def jacobian_into(q, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian(q, out.ravel(), 0, 1, _together)
+    _jacobian(q, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28122,9 +28163,9 @@ def jacobian_p(q, p):
         raise ValueError("q must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(36)
-    _jacobian_p(q, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -28138,7 +28179,7 @@ def jacobian_p_into(q, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_p(q, p, out.ravel(), 0, 1, _together)
+    _jacobian_p(q, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28423,9 +28464,9 @@ def jacobian_rate(q, qd):
         raise ValueError("q must have 6 entries")
     if qd.shape[0] != 6:
         raise ValueError("qd must have 6 entries")
-    out = np.empty(36)
-    _jacobian_rate(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -28439,7 +28480,7 @@ def jacobian_rate_into(q, qd, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate(q, qd, out.ravel(), 0, 1, _together)
+    _jacobian_rate(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -28741,9 +28782,9 @@ def jacobian_rate_p(q, qd, p):
         raise ValueError("qd must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(36)
-    _jacobian_rate_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -28759,7 +28800,7 @@ def jacobian_rate_p_into(q, qd, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _jacobian_rate_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _jacobian_rate_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -29558,9 +29599,9 @@ def coriolis_matrix(q, qd):
         raise ValueError("q must have 6 entries")
     if qd.shape[0] != 6:
         raise ValueError("qd must have 6 entries")
-    out = np.empty(36)
-    _coriolis_matrix(q, qd, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -29574,7 +29615,7 @@ def coriolis_matrix_into(q, qd, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix(q, qd, out.ravel(), 0, 1, _together)
+    _coriolis_matrix(q, qd, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -30099,9 +30140,9 @@ def coriolis_matrix_p(q, qd, p):
         raise ValueError("qd must have 6 entries")
     if p.shape[0] != 54:
         raise ValueError("p must have 54 entries")
-    out = np.empty(36)
-    _coriolis_matrix_p(q, qd, p, out, 0, 1, _together)
-    return out.reshape((6, 6))
+    out = np.empty((6, 6))
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
+    return out
 
 
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST)
@@ -30117,7 +30158,7 @@ def coriolis_matrix_p_into(q, qd, p, out):
         raise ValueError("out must have 36 entries")
     if not out.flags.c_contiguous:
         raise ValueError("out must be contiguous")
-    _coriolis_matrix_p(q, qd, p, out.ravel(), 0, 1, _together)
+    _coriolis_matrix_p(q, qd, p, _flat(out), 0, 1, _together)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
