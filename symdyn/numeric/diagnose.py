@@ -9,7 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.base.errors import InputError
-from symdyn.numeric.candidates import fitted_parameters, held_parameters
+from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, ready
@@ -28,7 +28,7 @@ from symdyn.numeric.revision import Revision, revisions, without
 from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, training_and_heldout
 from symdyn.numeric.scan import WAVES
-from symdyn.numeric.search import TIE, Search, rank
+from symdyn.numeric.search import EARNS, TIE, Search, rank
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.simple_pair import pairs_instead
 from symdyn.numeric.skew import (
@@ -42,6 +42,7 @@ from symdyn.numeric.skew import (
     with_skew,
 )
 from symdyn.physics import catalogue
+from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
@@ -104,7 +105,7 @@ def _diagnose(
     before = inquiry
     if put_right(inquiry.case, inquiry.current):
         progress("the efforts are late or early: the search goes on with the clocks aligned")
-        inquiry = aligned(proved(_searched(aligned(inquiry), open_, progress)))
+        inquiry = proved(aligned(proved(_searched(aligned(inquiry), open_, progress))))
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
@@ -129,15 +130,30 @@ def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
 def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
     """Until neither another effect, nor a wider law, a wave or two simpler laws in place of one, earns its place."""
     inquiry = forward(inquiry, open_, progress)
-    swapped = True
+    places, swapped = frozenset(inquiry.case.joints), True
     while swapped:
-        inquiry, widened = generalised(inquiry, progress)
-        inquiry, waves = waves_instead(inquiry, progress)
-        inquiry, simpler = pairs_instead(inquiry, progress)
+        before = inquiry
+        inquiry, widened = generalised(inquiry, places, progress)
+        inquiry, waves = waves_instead(inquiry, places, progress)
+        inquiry, simpler = pairs_instead(inquiry, places, progress)
         swapped = widened or waves or simpler
         if swapped:
             inquiry = forward(inquiry, open_, progress)
+            places = _changed(before, inquiry)
     return inquiry
+
+
+def _changed(before: Inquiry, after: Inquiry) -> frozenset[str]:
+    """Joints at which other laws were found since, or less is left by what an effect must take.
+
+    All the others said before what they have to say.
+    """
+    if after.case is not before.case:
+        return frozenset(after.case.joints)
+    swapped = {place for _, place in before.current.effects ^ after.current.effects}
+    sizes = [np.sqrt(np.mean(inquiry.current.training**2, axis=0)) for inquiry in (before, after)]
+    less = sizes[1] <= (1.0 - EARNS) * sizes[0]
+    return frozenset(j for j, fell in zip(after.case.joints, less, strict=True) if fell or j in swapped)
 
 
 def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
@@ -145,9 +161,10 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
 
     Where that finds nothing, or no effort was measured that could be quicker than the motion, everything stays as
     it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
-    quick then, and a friction that remembers would be named for it. Sensors and gravity are no quick matter.
-    Where nothing was found in the narrow band, the wide one must show more than noise: a ripple of a high order is
-    as even as noise there, and quicker than the motion.
+    quick then, and a friction that remembers would be named for it. Sensors and gravity are no quick matter, and what
+    swings would answer to motion that is not seen there.
+    Where nothing was found in the narrow band, the wide one must show more than noise, and ripples alone are looked
+    for: one of a high order is as even as noise there, and quicker than the motion; all else would have been seen.
     """
     edge = inquiry.case.bench.edge
     if not np.any(inquiry.case.bench.effort) or _ends_at_steps(inquiry):
@@ -164,8 +181,14 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     progress(f"what is left reaches up to {cutoff:.3g} Hz")
     first = inquiry.origin.case(cutoff, edge)
     wide = replace(inquiry, first=first, given=first.explain(), case=case, current=current, motion=edge)
-    after = _searched(wide, (), progress)
-    return after if len(after.findings) > len(inquiry.findings) else inquiry
+    quick = tuple(c for c in wide.setting.proposed if _may_be_quick(c, bool(inquiry.findings)))
+    after = _searched(replace(wide, setting=replace(wide.setting, proposed=quick)), (), progress)
+    return replace(after, setting=inquiry.setting) if len(after.findings) > len(inquiry.findings) else inquiry
+
+
+def _may_be_quick(candidate: Candidate, something_found: bool) -> bool:
+    scans = {schema.scan for schema in candidate.shapes}
+    return Scan.FREQUENCY not in scans if something_found else Scan.ANGLE_ORDER in scans
 
 
 def _ends_at_steps(inquiry: Inquiry) -> bool:
@@ -212,7 +235,7 @@ def _reexamined(inquiry: Inquiry) -> Inquiry:
         if corrected and case.certain(candidate, current):
             continue
         less = case.explain(tuple(other for other in current.found if other[0] is not candidate), current)
-        if not case.earns(less, current):
+        if not case.confirms(candidate, less, current):
             told = f"{candidate.label} was taken out again: later findings explain it better"
             inquiry = replace(inquiry, current=less).noting(told)
     since = found or inquiry.setting.readings[0].late  # what the last one did not know

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,11 @@ from symdyn.numeric.decomposition import pseudo_inverse
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_error
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.regression import fit_linear, likelier, solve_linear, times
+from symdyn.numeric.observation import low_pass, motion_cutoff
+from symdyn.numeric.regression import fit_linear, likelier, solve_linear, times, without
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.sizes import sizes
+from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.numeric.workbench import Workbench
 from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
@@ -33,7 +35,7 @@ TURNS = 4  # of a fit with friction by load, in each of which the load follows t
 STEPS = 5  # of a fit of all else, between two of those
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
-SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER})
+SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER, Scan.FREQUENCY})
 SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
 
 Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
@@ -141,7 +143,7 @@ class Case:
         for _ in range(SHAPE_STEPS if count else 0):
             design = self._design(self.laws, found, p, state)
             residual = self._residual(self.laws, found, p, state)
-            step = solve_linear(design * weight[:, None], residual * weight)
+            step = self._step(found, state, design * weight[:, None], residual * weight)
             for scale in (1.0, 0.25, 0.0625):
                 moved = [
                     Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
@@ -158,6 +160,23 @@ class Case:
         if count:
             p, state, _ = self._linear(found, p, state, weight, weighed)
         return p, state
+
+    def _step(self, found: Found, state: Sequence[Fitted], design: Array, residual: Array) -> Array:
+        """Of everything; a shape parameter that stands at the end of its room, and would go further, stays there."""
+        free = np.ones(design.shape[2], dtype=bool)
+        while True:
+            step = np.zeros(len(free))
+            step[free] = solve_linear(design[:, :, free], residual)
+            at, ends = len(self.own), []
+            for (candidate, scanned), f in zip(found, state, strict=True):
+                at += len(candidate.linear)
+                for (low, high), value in zip(self.laws.room(candidate, scanned), f.shapes, strict=True):
+                    if (value <= low and step[at] < 0.0) or (value >= high and step[at] > 0.0):
+                        ends.append(at)
+                    at += 1
+            if not ends:
+                return step
+            free[ends] = False
 
     @staticmethod
     def _moved(room: Sequence[tuple[float, float]], shapes: tuple[float, ...], step: Array) -> tuple[float, ...]:
@@ -184,9 +203,12 @@ class Case:
         for candidate, _ in found:
             limits |= candidate_bounds(candidate)
         start = np.array([value for f in state for value in f.coefficients])
+        begun = self._begun(self.laws, found, state)
+        names += [f"begun_{i}" for i in range(begun.shape[2])]
+        start = np.concatenate([start, np.zeros(begun.shape[2])])
         loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
         for _ in range(TURNS if loaded else 1):
-            added = self._added(self.laws, found, state, p)
+            added = np.concatenate([self._added(self.laws, found, state, p), begun], axis=2)
             p, start = minimise(
                 self.bench,
                 p,
@@ -218,7 +240,16 @@ class Case:
     def _residual(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         coefficients = np.array([value for f in state for value in f.coefficients])
         own = laws.bench.left(p, self.own)
-        return own - times(self._added(laws, found, state, p), coefficients)
+        left = own - times(self._added(laws, found, state, p), coefficients)
+        return without(left, self._begun(laws, found, state))
+
+    @staticmethod
+    def _begun(laws: Laws, found: Found, state: Sequence[Fitted]) -> Array:
+        """(K, n, m) columns of how hidden states began, where that goes on for long."""
+        parts = [np.zeros((*laws.bench.effort.shape, 0))]
+        for (candidate, _), f in zip(found, state, strict=True):
+            parts.append(laws.spread(candidate, laws.starts(candidate, f.shapes)))
+        return np.concatenate(parts, axis=2)
 
     def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
         """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
@@ -229,7 +260,7 @@ class Case:
         for (candidate, _), f in zip(found, state, strict=True):
             parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes, p)))
             parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes, p)))
-        return np.concatenate(parts, axis=2)
+        return without(np.concatenate(parts, axis=2), self._begun(laws, found, state))
 
     def errors(self, of: Explanation) -> Errors:
         """Relative errors of the effort."""
@@ -237,12 +268,31 @@ class Case:
             relative_error(of.training, self.bench.reference), relative_error(of.heldout, self.judge.reference)
         )
 
+    def nothing_left(self, of: Explanation) -> bool:
+        """Whether no effect could take off enough to be told."""
+        seen = joint_errors(of.training, self.bench), joint_errors(of.heldout, self.judge)
+        return bool(np.all(np.concatenate(seen) <= NEGLIGIBLE))
+
     def earns(self, before: Explanation, after: Explanation) -> bool:
         """Held-out error falls by more than chance, over all, and at some joint by enough to matter."""
         gain, p_value = heldout_gain(before, after)
         falls = gain > 0 and self.errors(after).heldout < self.errors(before).heldout
         old, new = (joint_errors(e.heldout, self.judge) for e in (before, after))
-        return falls and p_value < LEVEL and bool(np.any(new <= (1.0 - EARNS) * old))
+        takes = np.sqrt(np.maximum(old**2 - new**2, 0.0))
+        return falls and p_value < LEVEL and bool(np.any((new <= (1.0 - EARNS) * old) & (takes > NEGLIGIBLE)))
+
+    def confirms(self, candidate: Candidate, before: Explanation, after: Explanation) -> bool:
+        """Whether a candidate that ``after`` has beside ``before`` earns its place.
+
+        What swings must do so below the frequency at which the motion of its joint sinks into noise: beyond, it is a
+        filter that lets less of the noise of accelerations through.
+        """
+        if any(schema.scan is Scan.FREQUENCY for schema in candidate.shapes):
+            seen, joint = self.judge.observation, self.laws.joint(candidate)
+            known = motion_cutoff(seen.measured[:, [joint]], seen.segments, seen.rate)
+            rate = self.judge.samples_per_period * self.judge.edge
+            before, after = (replace(each, heldout=low_pass(each.heldout, rate, known)) for each in (before, after))
+        return self.earns(before, after)
 
     def parameters(self, candidate: Candidate, of: Explanation) -> dict[str, Estimate]:
         """The candidate's parameters as fitted, by their names in the effect's declaration."""

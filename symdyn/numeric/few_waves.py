@@ -6,7 +6,7 @@ is not looked for. Where another law of position was found, a force of position 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -22,14 +22,14 @@ from symdyn.spec.effect_schema import Scan
 ONCE = 1.0  # wave that the travel must hold: of less it is open where the force turns
 
 
-def waves_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[Inquiry, bool]:
+def waves_instead(inquiry: Inquiry, places: Collection[str], progress: Callable[[str], None]) -> tuple[Inquiry, bool]:
     """A ripple of few waves takes the place of all laws of position at its joint where it explains more; and whether.
 
-    What is told is that nothing was seen to repeat.
+    Asked at ``places``. What is told is that nothing was seen to repeat.
     """
     swapped = False
     for wave in inquiry.setting.proposed:
-        if not _is_wave(wave):
+        if wave.place.address not in places or not _is_wave(wave):
             continue
         less = [c for c, _ in inquiry.current.found if c.place == wave.place and _of_position(c.effect)]
         if all(c.effect == wave.effect for c in less):  # none, or nothing but the ripple itself

@@ -50,6 +50,8 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
     adopted: list[Revision] = []
     while len(inquiry.findings) < MAX_FINDINGS * len(inquiry.case.joints):
         case, current = inquiry.case, inquiry.current
+        if case.nothing_left(current):
+            return inquiry
         search = Search(case.laws, current.fit.p, current.training, current.design, current.weight)
         proposed = ready(inquiry.setting.proposed, case.robot, current.effects)
         earning, refused = rank(search, proposed, LEVEL, _counted(progress, len(inquiry.findings) + 1))
@@ -106,7 +108,7 @@ def first_that_earns(
             refusals.append(outside_bounds(trial))
         elif not case.certain(trial.candidate, better):
             refusals.append(f"{label} lowers the error, but its size cannot be told from zero")
-        elif case.earns(current, better):
+        elif case.confirms(trial.candidate, current, better):
             return (trial, better), refusals
         else:
             refusals.append(f"{label} fits the training data better, but not the held-out data")

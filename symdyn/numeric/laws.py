@@ -62,6 +62,15 @@ class Laws:
             forces[key] = self._forces(candidate, shapes)
         return np.asarray(forces[key] * self.bench.counted[:, [joint]])
 
+    def starts(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
+        """(K, m) effort at the candidate's joint because of how its states began; m = 0 for most."""
+        key, joint = (f"{candidate.label}, begun", tuple(shapes)), self.joint(candidate)
+        if key not in self._known[joint]:
+            values = candidate.values([1.0] * len(candidate.linear), shapes)
+            probe = self.probes[key_of(candidate)]
+            self._known[joint][key] = self.bench.bring(probe.starts(candidate.effect, values, self.bench.observation))
+        return np.asarray(self._known[joint][key] * self.bench.counted[:, [joint]])
+
     def load(self, joint: int, p: Array) -> Array:
         """(N,) effort that passes through a joint: what the model needs there, less its friction.
 

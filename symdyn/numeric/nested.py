@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
@@ -12,21 +15,25 @@ from symdyn.numeric.explanation import Explanation, akin
 from symdyn.numeric.forward import first_that_earns
 from symdyn.numeric.inquiry import Inquiry, finding_of
 from symdyn.numeric.regression import likelier
-from symdyn.numeric.search import Search, Trial
+from symdyn.numeric.search import EARNS, Search, Trial
 from symdyn.numeric.skew import certain, effort_skew
 from symdyn.physics import catalogue
 
+Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
+PROMISES = 0.5  # of what must be earned: what takes less off the training error, to first order, is not fitted in full
 
-def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
+
+def generalised(inquiry: Inquiry, places: Collection[str], progress: Progress) -> tuple[Inquiry, bool]:
     """A law akin to what was found at its place takes that place where it earns it; and whether any did.
 
-    Step by step the nearest simple law comes first, and what it lacks is no law of its own: Dahl's of LuGre's, say.
+    Asked at ``places``. Step by step the nearest simple law comes first, and what it lacks is no law of its own: Dahl's
+    of LuGre's, say.
     """
     swapped = False
-    known: dict[tuple[str, ...], tuple[Explanation, Search]] = {}  # without these: several laws ask for it
-    for wider in inquiry.setting.proposed:
+    known: dict[tuple[str, ...], tuple[Explanation, Search, Array]] = {}  # without these: several laws ask for it
+    for wider in (c for c in inquiry.setting.proposed if c.place.address in places):
         less = [i for i in inquiry.current.found if i[0].place == wider.place and akin(i[0].effect, wider.effect)]
         less = [i for i in less if wider.effect not in catalogue()[i[0].effect].generalises]
         if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
@@ -36,15 +43,22 @@ def generalised(inquiry: Inquiry, progress: Progress) -> tuple[Inquiry, bool]:
         labels = tuple(c.label for c in gone)
         if labels not in known:
             without = explained_without(inquiry, gone)
-            known[labels] = without, search_beside(inquiry, without)
-        rest, search = known[labels]
+            stands = search_beside(inquiry, replace(inquiry.current, weight=without.weight)).errors
+            known[labels] = without, search_beside(inquiry, without), stands
+        rest, search, stands = known[labels]
         trial = _tried(search, wider)
-        step = first_that_earns(inquiry, [trial], rest)[0] if trial.admissible else None
+        step = first_that_earns(inquiry, [trial], rest)[0] if _promises(trial, stands) else None
         if step is not None:
             inquiry, swapped, known = exchanged(inquiry, gone, rest, step[1]), True, {}
             names = ", ".join(c.title for c in gone)
             inquiry = inquiry.noting(f"{wider.label} took the place of {names}, which it is akin to, and better")
     return inquiry, swapped
+
+
+def _promises(trial: Trial, stands: Array) -> bool:
+    """Whether it takes enough off the errors ``stands`` (K, n) of what it would replace to be fitted in full."""
+    before, after = (np.sqrt(np.mean(errors**2, axis=0)) for errors in (stands, trial.errors))
+    return trial.admissible and bool(np.any(after <= (1.0 - PROMISES * EARNS) * before))
 
 
 def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:

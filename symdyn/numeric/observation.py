@@ -73,8 +73,8 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         smooth = low_pass(positions[part], rate, limit)
         time = recording.time[part]
         q[part] = smooth
-        qd[part] = np.gradient(smooth, time, axis=0)
-        qdd[part] = np.gradient(qd[part], time, axis=0)
+        qd[part] = derivative(smooth, time)
+        qdd[part] = derivative(qd[part], time)
     tau = measured_effort(robot, kernel, recording)
     return Observation(recording.time, q, qd, qdd, tau, recording.segments, recording.sample_time, limit, positions)
 
@@ -138,6 +138,22 @@ def _spectrum(position: Array, rate: float) -> tuple[Array, Array]:
 def _level(power: Array) -> Array:
     """A single bin of noise exceeds any margin now and then."""
     return np.convolve(power, np.ones(5) / 5.0, mode="same")
+
+
+def derivative(values: Array, time: Array) -> Array:
+    """By time, along the first axis: central differences over five samples, of which the ends have fewer.
+
+    At a tenth of the rate they are 0.5 % too small; over three samples, as ``np.gradient`` takes them, 6 %.
+    """
+    return np.asarray((_per_sample(values).T / _per_sample(time)).T)
+
+
+def _per_sample(values: Array) -> Array:
+    slope: Array = np.gradient(values, axis=0)
+    if len(values) > 4:
+        wide = values[4:] - values[:-4]
+        slope[2:-2] = (8.0 * (values[3:-1] - values[1:-3]) - wide) / 12.0
+    return slope
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.base import symbols
 from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.memory import remembered
+from symdyn.numeric.memory import remembered, started
 from symdyn.numeric.observation import Observation
 from symdyn.physics import catalogue
 from symdyn.physics.effect import Effect
@@ -47,6 +48,7 @@ class Probe:
 
     kernel: Kernel
     memory: frozenset[str]  # effects with hidden states
+    swings: bool  # its one effect has several, which act on one another
     _index: Mapping[str, int] = field(repr=False)
 
     def force(
@@ -56,11 +58,7 @@ class Probe:
 
         The probe has an inertia of one: a ``load`` (N,) in the place of the acceleration is the load of its joint.
         """
-        plain = self.kernel.values
-        p = plain.copy()
-        for name, value in values.items():
-            if f"{JOINT}_{effect}_{name}" in self._index:  # a whole number is no parameter
-                p[self._index[f"{JOINT}_{effect}_{name}"]] = value
+        plain, p = self.kernel.values, self._numbers(effect, values)
         q, qd, qdd = (np.ascontiguousarray(a[:, [joint]]) for a in (seen.q, seen.qd, seen.qdd))
         qdd = qdd if load is None else load[:, None]
         batch = self.kernel.inverse_dynamics_p_batch
@@ -69,19 +67,44 @@ class Probe:
             required = required - remembered(self.kernel, q, qd, seen.time, seen.segments, p)[:, 0]
         return np.asarray(required)
 
+    def starts(self, effect: str, values: Mapping[str, float], seen: Observation) -> Array:
+        """(N, m) the same because of how its states began, one of them in one stretch at a time; m = 0 for most."""
+        if not self.swings:
+            return np.zeros((len(seen.time), 0))
+        return -started(self.kernel, seen.time, seen.segments, self._numbers(effect, values))[:, 0]
 
-Key = tuple[Motion, str, tuple[tuple[str, float], ...]]  # kind of motion; an effect with its whole numbers, or none
+    def _numbers(self, effect: str, values: Mapping[str, float]) -> Array:
+        p = self.kernel.values.copy()
+        for name, value in values.items():
+            if f"{JOINT}_{effect}_{name}" in self._index:  # a whole number is no parameter
+                p[self._index[f"{JOINT}_{effect}_{name}"]] = value
+        return p
+
+
+Key = tuple[Motion, str, tuple[tuple[str, float], ...]]  # kind of motion; an effect that is alone, its whole numbers
 
 
 def key_of(candidate: Candidate) -> Key:
     """The probe that holds a candidate's law."""
-    return candidate.place.motion, candidate.effect if candidate.counts else "", candidate.counts
+    alone = _is_alone(catalogue()[candidate.effect])
+    return candidate.place.motion, candidate.effect if alone else "", candidate.counts
+
+
+def _is_alone(effect: Effect) -> bool:
+    """Whether it has a probe of its own: with whole numbers it is several laws, and of states that act on one another
+    others would make a larger system.
+    """
+    return _swings(effect) or any(schema.is_count for schema in effect.parameters)
+
+
+def _swings(effect: Effect) -> bool:
+    return len(effect.hidden_states({p.name: symbols.local(p.name) for p in effect.parameters})) > 1
 
 
 def probes(proposed: Sequence[Candidate]) -> dict[Key, Probe]:
     """One for each kind of motion that occurs. All proposable effects are in it, so that it is always the same.
 
-    But effects with whole numbers: those have one each, for every choice of them.
+    But those that have one of their own, for every choice of their whole numbers.
     """
     return {key: _probe(*key) for key in dict.fromkeys(key_of(c) for c in proposed)}
 
@@ -91,7 +114,7 @@ def _probe(motion: Motion, effect: str, counts: tuple[tuple[str, float], ...]) -
     kernel = parametric_kernel(robot)
     remembering = {e.type for e in robot.effects if type(catalogue()[e.type]).rates is not Effect.rates}
     index = {name: i for i, name in enumerate(kernel.parameters)}
-    return Probe(kernel, frozenset(remembering), index)
+    return Probe(kernel, frozenset(remembering), bool(effect) and _swings(catalogue()[effect]), index)
 
 
 def _loaded(motion: Motion, alone: str, counts: Mapping[str, float]) -> Robot:
@@ -99,7 +122,7 @@ def _loaded(motion: Motion, alone: str, counts: Mapping[str, float]) -> Robot:
     for effect in [catalogue()[alone]] if alone else catalogue().values():
         if not effect.proposable or PlaceKind.JOINT not in effect.attaches_to or motion not in effect.motions:
             continue
-        if not alone and any(schema.is_count for schema in effect.parameters):
+        if not alone and _is_alone(effect):
             continue
         values = {}
         for schema in effect.parameters:

@@ -84,6 +84,18 @@ def flat(columns: Array) -> Array:
     return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
 
 
+def without(values: Array, columns: Array) -> Array:
+    """Values (K, n, ...) less all that columns (K, n, k) could tell of them."""
+    size = np.linalg.norm(columns, axis=(0, 1))
+    given = flat(columns[:, :, size > 0.0] / size[size > 0.0])
+    if not given.shape[1]:
+        return values
+    vectors, s, _ = svd(given, full_matrices=False)
+    basis = vectors[:, s > RANK_TOLERANCE * s[0]]
+    whole = values.reshape(len(given), -1)
+    return np.asarray((whole - basis @ (basis.T @ whole)).reshape(values.shape))
+
+
 def times(columns: Array, numbers: Array) -> Array:
     """(K, n, ...) columns (K, n, k) times numbers (k, ...): as one product of matrices, not as K small ones."""
     return np.asarray((flat(columns) @ numbers).reshape(*columns.shape[:2], *numbers.shape[1:]))

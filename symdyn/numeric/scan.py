@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 SPEEDS = 24  # grid points over the speeds that occur
 DISTANCES = 16  # over the distances that are travelled
 ANGLES = 24  # of a turn
+FREQUENCIES = 48  # over those that a band can tell
+LOWEST, HIGHEST = 0.03, 3.0  # of the band's edge: slower is in no recording twice, quicker is rigid
 SEVERAL = (1.0, 0.5, 0.4, 0.25)  # of those numbers, for an effect with one, two, three, more shape parameters
 SLOPE_STEP = 1e-4  # of a shape value
 STEEPEST = 0.05  # of the top speed: a curve that turns over below it is a jump
@@ -51,6 +53,8 @@ def _axis(
             values = np.geomspace(STEEPEST * top, STRAIGHTEST * top, round(share * SPEEDS)) if top > 0 else np.ones(1)
         case Scan.SLOWNESS:
             values = np.array([0.1, 1.0]) / top if top > 0 else np.ones(1)
+        case Scan.FREQUENCY:
+            values = 2.0 * np.pi * edge * np.geomspace(LOWEST, HIGHEST, round(share * FREQUENCIES))
         case Scan.ANGLE_ORDER:
             values = orders(seen, joint, edge, waves)
         case Scan.ANGLE:

@@ -6,7 +6,7 @@ as much as a counterbalance spring, which resembles their sum.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
@@ -17,11 +17,14 @@ from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.together import Pair, pairs_without_shape
 
 
-def pairs_instead(inquiry: Inquiry, progress: Callable[[str], None]) -> tuple[Inquiry, bool]:
-    """The best such pair takes the place of a law with at least as many numbers where it explains more; and whether."""
+def pairs_instead(inquiry: Inquiry, places: Collection[str], progress: Callable[[str], None]) -> tuple[Inquiry, bool]:
+    """The best such pair takes the place of a law with at least as many numbers where it explains more; and whether.
+
+    Asked at ``places``.
+    """
     swapped = False
     for curved, _ in inquiry.current.found:
-        if not curved.shapes:
+        if curved.place.address not in places or not curved.shapes:
             continue
         progress(f"instead of {curved.label}: two simpler laws")
         rest = explained_without(inquiry, [curved])

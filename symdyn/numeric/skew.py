@@ -13,6 +13,7 @@ from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.free_form import FreeForm, fitted_of
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.misread import NEAR, ROUNDS
+from symdyn.numeric.observation import derivative
 from symdyn.numeric.regression import encompassing, fit_linear
 from symdyn.numeric.workbench import Workbench
 
@@ -157,5 +158,5 @@ def _derivative(workbench: Workbench) -> Array:
     o = workbench.observation
     slope = np.zeros_like(o.tau)
     for part in o.segments:
-        slope[part] = np.gradient(o.tau[part], o.time[part], axis=0)
+        slope[part] = derivative(o.tau[part], o.time[part])
     return np.asarray(workbench.bring(slope) * workbench.counted)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import Band
-from symdyn.numeric.memory import remembered
+from symdyn.numeric.memory import remembered, started, swings
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.passive import Passive
-from symdyn.numeric.regression import times
+from symdyn.numeric.regression import times, without
 from symdyn.numeric.rest import MOSTLY, touched, turning
 from symdyn.numeric.span import Span, find_span
 
@@ -81,8 +81,8 @@ class Workbench:
         return o.tau - required
 
     def residual(self, p: Array) -> Array:
-        """(K, n) the same in the analysis band, where the joints move."""
-        return np.asarray(self.bring(self.raw_residual(p)) * self.counted)
+        """(K, n) the same in the analysis band, where the joints move, less what the beginning of states would tell."""
+        return without(self.bring(self.raw_residual(p)) * self.counted, self._begun(p))
 
     def columns(self, p: Array, names: Sequence[str]) -> Array:
         """(K, n, k) d inverse dynamics / d parameter, in the analysis band."""
@@ -90,7 +90,14 @@ class Workbench:
         chosen = np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]])
         for i in [i for i, name in enumerate(names) if name in self._lasting]:
             chosen[:, :, i] -= self._slope_of_memory(p, self.index[names[i]])
-        return np.asarray(self.bring(chosen) * self.counted[:, :, None])
+        return without(self.bring(chosen) * self.counted[:, :, None], self._begun(p))
+
+    def _begun(self, p: Array) -> Array:
+        """(K, n, m) efforts of hidden states that swing, because of how they began."""
+        if not (self._remembers and swings(self.kernel, p)):
+            return np.zeros((*self.effort.shape, 0))
+        o = self.observation
+        return np.asarray(self.bring(started(self.kernel, o.time, o.segments, p)) * self.counted[:, :, None])
 
     @cached_property
     def _lasting(self) -> frozenset[str]:

@@ -44,7 +44,8 @@ def told_by_one_curve(missing: Torque, effect: str) -> Inquiry:
 
 
 def test_a_curve_gives_way_to_the_two_springs_that_it_resembles() -> None:
-    inquiry, swapped = pairs_instead(told_by_one_curve(springs, "counterbalance_spring"), lambda _: None)
+    told = told_by_one_curve(springs, "counterbalance_spring")
+    inquiry, swapped = pairs_instead(told, told.case.joints, lambda _: None)
     assert swapped
     values = {
         c.effect: f.coefficients[0] for (c, _), f in zip(inquiry.current.found, inquiry.current.fitted, strict=True)
@@ -54,7 +55,8 @@ def test_a_curve_gives_way_to_the_two_springs_that_it_resembles() -> None:
 
 
 def test_a_curve_that_is_there_keeps_its_place() -> None:
-    inquiry, swapped = pairs_instead(told_by_one_curve(cam, "torque_ripple"), lambda _: None)
+    told = told_by_one_curve(cam, "torque_ripple")
+    inquiry, swapped = pairs_instead(told, told.case.joints, lambda _: None)
     assert not swapped
     assert [c.effect for c, _ in inquiry.current.found] == ["torque_ripple"]
 
