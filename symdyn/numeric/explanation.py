@@ -35,6 +35,8 @@ TURNS = 4  # of a fit with friction by load, in each of which the load follows t
 STEPS = 5  # of a fit of all else, between two of those
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
+CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
+
 SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER, Scan.FREQUENCY})
 SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
 
@@ -285,10 +287,15 @@ class Case:
         """Whether a candidate that ``after`` has beside ``before`` earns its place.
 
         What swings must do so below the frequency at which the motion of its joint sinks into noise: beyond, it is a
-        filter that lets less of the noise of accelerations through.
+        filter that lets less of the noise of accelerations through. And it swings on what has an inertia, too.
         """
         if any(schema.scan is Scan.FREQUENCY for schema in candidate.shapes):
             seen, joint = self.judge.observation, self.laws.joint(candidate)
+            held = self.bench.kernel.mass_matrix_p(np.median(seen.q, axis=0), after.fit.p)[joint, joint]
+            if self.bounded(candidate, after) or held < CARRIES * float(
+                after.fitted[[c for c, _ in after.found].index(candidate)].coefficients[0]
+            ):
+                return False
             known = motion_cutoff(seen.measured[:, [joint]], seen.segments, seen.rate)
             rate = self.judge.samples_per_period * self.judge.edge
             before, after = (replace(each, heldout=low_pass(each.heldout, rate, known)) for each in (before, after))

@@ -104,10 +104,12 @@ class Laws:
         return self._axes[candidate.label]
 
     def at_end(self, candidate: Candidate, shapes: Sequence[float]) -> tuple[ParameterSchema, ...]:
-        """Of a curve that turns over, where it does that if a fit left it at an end: there it is a jump, or a line."""
+        """What a fit left at an end: where a curve turns over (there it is a jump, or a line), or a filter's damping."""
         found = []
         for schema, value, axis in zip(candidate.shapes, shapes, self._scanned(candidate), strict=True):
             if schema.scan is Scan.TURNOVER and not END * axis[0] < value < axis[-1] / END:
+                found.append(schema)
+            if schema.scan is Scan.DAMPING and value >= axis[-1] / END:
                 found.append(schema)
         return tuple(found)
 

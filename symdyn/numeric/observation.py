@@ -20,6 +20,7 @@ from symdyn.spec.records import Quantity, Robot
 Array = NDArray[np.float64]
 
 FLOOR_MARGIN = 10.0  # a position spectrum this far above its noise floor is taken for motion
+BESIDE = 2  # samples on either side that the derivative of a filtered motion is taken from
 FILTER_ORDER = 4  # Butterworth, run forwards and backwards: no phase, order doubled
 
 
@@ -73,8 +74,9 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         smooth = low_pass(positions[part], rate, limit)
         time = recording.time[part]
         q[part] = smooth
-        qd[part] = derivative(smooth, time)
-        qdd[part] = derivative(qd[part], time)
+        beside = BESIDE if is_cut(rate, limit) else 1  # the shorter lets less noise through
+        qd[part] = derivative(smooth, time, beside)
+        qdd[part] = derivative(qd[part], time, beside)
     tau = measured_effort(robot, kernel, recording)
     return Observation(recording.time, q, qd, qdd, tau, recording.segments, recording.sample_time, limit, positions)
 
@@ -140,25 +142,35 @@ def _level(power: Array) -> Array:
     return np.convolve(power, np.ones(5) / 5.0, mode="same")
 
 
-def derivative(values: Array, time: Array) -> Array:
-    """By time, along the first axis: central differences over five samples, of which the ends have fewer.
+def derivative(values: Array, time: Array, beside: int = BESIDE) -> Array:
+    """By time, along the first axis: that of the polynomial through a sample and ``beside`` ones on either side.
 
-    At a tenth of the rate they are 0.5 % too small; over three samples, as ``np.gradient`` takes them, 6 %.
+    The ends have fewer. Through five samples it is 0.5 % too small at a tenth of the rate; through three, 6 %.
     """
-    return np.asarray((_per_sample(values).T / _per_sample(time)).T)
-
-
-def _per_sample(values: Array) -> Array:
-    slope: Array = np.gradient(values, axis=0)
-    if len(values) > 4:
-        wide = values[4:] - values[:-4]
-        slope[2:-2] = (8.0 * (values[3:-1] - values[1:-3]) - wide) / 12.0
+    slope: Array = np.gradient(values, time, axis=0)
+    inner = len(time) - 2 * beside
+    if beside < 2 or inner < 1:
+        return slope
+    apart = np.stack([time[k : k + inner] - time[beside : beside + inner] for k in range(2 * beside + 1)])
+    others = [k for k in range(2 * beside + 1) if k != beside]
+    total = np.zeros_like(slope[beside:-beside])
+    for k in others:  # Lagrange's polynomials, differentiated in the middle
+        rest = [m for m in others if m != k]
+        weight = np.prod([apart[m] / (apart[m] - apart[k]) for m in rest], axis=0) / apart[k]
+        change = values[k : k + inner] - values[beside : beside + inner]
+        total += (change.T * weight).T
+    slope[beside:-beside] = total
     return slope
+
+
+def is_cut(rate: float, cutoff: float) -> bool:
+    """Whether a filter of that edge leaves anything away at that rate."""
+    return cutoff < 0.4 * rate
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:
     """Butterworth, forwards and backwards, along the first axis; beyond 0.4 of the rate nothing is cut."""
-    if cutoff >= 0.4 * rate:
+    if not is_cut(rate, cutoff):
         return values
     pad = min(len(values) - 1, int(3 * rate / cutoff))
     sections, settled = _butterworth(rate, cutoff)

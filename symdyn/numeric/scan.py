@@ -59,7 +59,7 @@ def _axis(
             values = orders(seen, joint, edge, waves)
         case Scan.ANGLE:
             values = np.linspace(-np.pi, np.pi, round(share * ANGLES) + 1)[1:]
-        case Scan.VALUES:
+        case Scan.VALUES | Scan.DAMPING:
             values = np.array(schema.tried)
         case Scan.HEAT:
             summed = max(float(np.sum(seen.qd[:, joint] ** 2)), LEAST) * seen.sample_time

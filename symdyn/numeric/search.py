@@ -24,6 +24,7 @@ LEAST = 1e-4  # of its power, that a force must take off the error beyond anothe
 HOPE = 0.1  # of the best gain on any grid: a candidate with less is not looked at between the points of its own
 HOPEFUL = 4  # of the effects with several shape parameters, the best are worth a closer search
 TIE = 0.05  # explanations that the best one improves on with a larger p-value are rivals
+HALF = 0.5  # of what a law that swings takes off the loss
 EARNS = 0.03  # an effect that takes less than this part off the error is not worth a line in a model
 SAME = 1e-3  # part of a law that another one must leave for the two to differ; noise hides less
 SEEN = 1e-10  # of a direction's power: a fold that holds all but this much of it holds it alone
@@ -297,7 +298,18 @@ def rank(
         tied = [t for t in earning if t is best or _tied(search, t, best, level)]
         tied.sort(key=lambda t: (t.candidate.size, t.loss))
         earning = tied + [t for t in earning if t not in tied]
-    return earning, refused
+    return _patient(earning, log_loss(search.errors)), refused
+
+
+def _patient(earning: list[Trial], stands: float) -> list[Trial]:
+    """In that order, but what swings behind all others, if one of them takes half as much off the loss.
+
+    It answers to the whole motion, and so takes up a little of whatever is missing.
+    """
+    swinging = [t for t in earning if any(s.scan is Scan.FREQUENCY for s in t.candidate.shapes)]
+    others = [t for t in earning if t not in swinging]
+    most, other = (max((stands - t.loss for t in each), default=0.0) for each in (swinging, others))
+    return others + swinging if other > HALF * most else earning
 
 
 def _tied(search: Search, trial: Trial, best: Trial, level: float) -> bool:

@@ -16,6 +16,7 @@ class Scan(StrEnum):
     SPEED = "speed"  # a characteristic speed: over the speeds that the recording holds
     TURNOVER = "turnover"  # a speed at which a curve bends: no less than what tells it from a jump
     FREQUENCY = "frequency"  # of something that swings: about the band in which there is a mismatch
+    DAMPING = "damping"  # of that: between the values in ``tried``, of which the last is no swinging any more
     ANGLE_ORDER = "angle_order"  # waves per revolution (or per metre times 2 pi)
     DISPLACEMENT = "displacement"  # a distance: up to that which the recording travels
     STEEPNESS = "steepness"  # one over a distance

@@ -51,8 +51,8 @@ class ElasticLoad(Effect):
             "damping of that, as a share of the critical one",
             null=None,
             lower=0.0,
-            scan=Scan.VALUES,
-            tried=(0.002, 0.05, 1.0),
+            scan=Scan.DAMPING,
+            tried=(0.002, 0.05, 0.4),
         ),
     )
     source = "Spong 1987, Modeling and control of elastic joint robots; van de Ven 1986, section 5 (bending)"
