@@ -104,7 +104,7 @@ class Laws:
         return self._axes[candidate.label]
 
     def at_end(self, candidate: Candidate, shapes: Sequence[float]) -> tuple[ParameterSchema, ...]:
-        """What a fit left at an end: where a curve turns over (there it is a jump, or a line), or a filter's damping."""
+        """What a fit left at an end: where a curve turns over (it is a jump there, or a line), a filter's damping."""
         found = []
         for schema, value, axis in zip(candidate.shapes, shapes, self._scanned(candidate), strict=True):
             if schema.scan is Scan.TURNOVER and not END * axis[0] < value < axis[-1] / END:
