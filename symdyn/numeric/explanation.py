@@ -292,9 +292,8 @@ class Case:
         if any(schema.scan is Scan.FREQUENCY for schema in candidate.shapes):
             seen, joint = self.judge.observation, self.laws.joint(candidate)
             held = self.bench.kernel.mass_matrix_p(np.median(seen.q, axis=0), after.fit.p)[joint, joint]
-            if self.bounded(candidate, after) or held < CARRIES * float(
-                after.fitted[[c for c, _ in after.found].index(candidate)].coefficients[0]
-            ):
+            swinging = after.fitted[[c for c, _ in after.found].index(candidate)].coefficients[0]
+            if self.bounded(candidate, after) or held < CARRIES * swinging:
                 return False
             known = motion_cutoff(seen.measured[:, [joint]], seen.segments, seen.rate)
             rate = self.judge.samples_per_period * self.judge.edge

@@ -12,8 +12,9 @@ from symdyn.base import symbols
 from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.memory import remembered, started
+from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.swinging import started
 from symdyn.physics import catalogue
 from symdyn.physics.effect import Effect
 from symdyn.spec.edit import add_effect

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import Band
-from symdyn.numeric.memory import remembered, started, swings
+from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.passive import Passive
 from symdyn.numeric.regression import times, without
 from symdyn.numeric.rest import MOSTLY, touched, turning
 from symdyn.numeric.span import Span, find_span
+from symdyn.numeric.swinging import started, swings
 
 Array = NDArray[np.float64]
 

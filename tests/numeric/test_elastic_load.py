@@ -10,8 +10,9 @@ from scipy import linalg, signal
 from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Verdict
-from symdyn.numeric.memory import remembered, started, swings
+from symdyn.numeric.memory import remembered
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.swinging import started, swings
 from symdyn.spec.records import Robot
 
 from .pendulum import recording

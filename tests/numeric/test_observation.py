@@ -12,7 +12,7 @@ from symdyn.base.errors import InputError
 from symdyn.compiler import compile_robot, load_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.memory import driven_states
-from symdyn.numeric.observation import low_pass, measured_effort, motion_cutoff, observe
+from symdyn.numeric.observation import derivative, low_pass, measured_effort, motion_cutoff, observe
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
 
@@ -38,6 +38,13 @@ def test_derivatives_are_those_of_the_motion(robot: Robot, kernel: Kernel) -> No
     seen = observe(robot, kernel, recording(TIME, q, 0 * q), cutoff=40.0)
     for found, truth, size in ((seen.q, q, 1e-5), (seen.qd, v, 1e-4), (seen.qdd, a, 1e-3)):
         np.testing.assert_allclose(found[INNER, 0], truth[INNER], atol=size * np.ptp(truth))
+
+
+def test_derivatives_are_exact_for_polynomials_of_degree_four_on_a_clock_that_trembles() -> None:
+    time = np.cumsum(0.01 * (1.0 + 0.3 * np.random.default_rng(0).uniform(-1.0, 1.0, 400)))
+    found = derivative(np.stack([time**4, time], axis=1), time)
+    np.testing.assert_allclose(found[2:-2], np.stack([4.0 * time**3, np.ones_like(time)], axis=1)[2:-2], atol=1e-9)
+    assert derivative(time[:3] ** 2, time[:3]).shape == (3,)  # too few for five
 
 
 def test_encoder_noise_is_kept_out_of_the_acceleration(robot: Robot, kernel: Kernel) -> None:
