@@ -68,6 +68,7 @@ def shortcomings(effect: Effect) -> list[str]:
     if len(z) != len(effect.rates(PORT, p, z, CONTROL)):
         missing.append("a rate for each hidden state")
     missing += [f"LaTeX of {s.name}" for s in effect.hidden_states(p) if not is_safe_latex(s.latex)]
+    missing += [f"LaTeX of {s.name}: its place is the subscript" for s in effect.hidden_states(p) if "_" in s.latex]
     if not any(p.null is not None for p in effect.parameters):
         missing.append("a parameter whose null value removes it")
     for p in effect.parameters:

@@ -63,7 +63,7 @@ class ElasticLoad(Effect):
     proposable = True
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
-        return (HiddenState("load_deflection", DISPLACEMENT, "x_e"), HiddenState("load_speed", SPEED, "w_e"))
+        return (HiddenState("load_deflection", DISPLACEMENT, r"\xi"), HiddenState("load_speed", SPEED, r"\nu"))
 
     def rates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Rate, ...]:
         return Rate(sp.Integer(1), port.v - z[1]), Rate(sp.Integer(1), _acceleration(port, p, z))

@@ -25,7 +25,7 @@ class Tachometer(Effect):
     source = "van de Ven 1986, fig. 8"
 
     def hidden_states(self, p: Values) -> tuple[HiddenState, ...]:
-        return () if p["time_constant"] == 0 else (HiddenState("tachometer", "V", "U_t"),)
+        return () if p["time_constant"] == 0 else (HiddenState("tachometer", "V", "U"),)
 
     def rates(self, port: Port, p: Values, z: Sequence[sp.Expr], control: sp.Expr) -> tuple[Rate, ...]:
         return tuple(Rate(p["time_constant"], p["constant"] * port.v - state) for state in z)
