@@ -12,13 +12,14 @@ from symdyn.base.errors import InputError
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
-from symdyn.numeric.explanation import LEVEL, ready
+from symdyn.numeric.explanation import LEVEL
 from symdyn.numeric.few_waves import waves_instead, waves_of_rival
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, Rival
 from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
 from symdyn.numeric.freed import numbers_of
 from symdyn.numeric.inquiry import Inquiry, estimates
+from symdyn.numeric.kinship import ready
 from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.noise_floor import independent_samples

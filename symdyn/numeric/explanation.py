@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from symdyn.numeric.candidates import Candidate, bounded, bounds, candidate_bounds, fitted_parameters
+from symdyn.numeric.candidates import Candidate, bounded, fitted_parameters
 from symdyn.numeric.decomposition import pseudo_inverse
+from symdyn.numeric.effects_fit import EffectsFit, Fitted, Found
 from symdyn.numeric.findings import Errors, Estimate
-from symdyn.numeric.fitting import Fit, eased, joint_weight, minimise, relative_error
+from symdyn.numeric.fitting import Fit, joint_weight, relative_error
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.observation import low_pass, motion_cutoff
-from symdyn.numeric.regression import fit_linear, likelier, solve_linear, times, without
+from symdyn.numeric.regression import fit_linear, likelier
 from symdyn.numeric.search import EARNS
-from symdyn.numeric.sizes import sizes
 from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.numeric.workbench import Workbench
-from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.records import Robot
 
@@ -30,25 +29,9 @@ LEVEL = 0.01  # significance of a gain
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
-SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
-TURNS = 4  # of a fit with friction by load, in each of which the load follows the last: a turn leaves a tenth
-STEPS = 5  # of a fit of all else, between two of those
-SETTLED = 1e-5  # relative fall of the loss below which they have settled
-
 CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
-
 SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER, Scan.FREQUENCY})
 SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
-
-Found = tuple[tuple[Candidate, tuple[float, ...]], ...]  # candidates with the scanned values of their shape parameters
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
-    """Values of one found effect: of its linear parameters, and of its shapes."""
-
-    coefficients: tuple[float, ...]
-    shapes: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,6 +90,10 @@ class Case:
         """Parameters that the model as given knew nothing of."""
         return frozenset(name for r in self.revised for name in r.names.values())
 
+    @property
+    def _fit(self) -> EffectsFit:
+        return EffectsFit(self.robot, self.laws, self.own, self.unknown, self.spread)
+
     def explain(self, found: Found = (), near: Explanation | None = None) -> Explanation:
         """Fit the model with the effects found, from the values of an explanation ``near`` it, if there is one.
 
@@ -118,151 +105,25 @@ class Case:
             p, weight = near.fit.p, near.weight
             known = {c.label: f for (c, _), f in zip(near.found, near.fitted, strict=True)}
         state = [known.get(c.label, Fitted((0.0,) * len(c.linear), shapes)) for c, shapes in found]
+        fit = self._fit
         for _ in range(2):  # the weights follow the size of each joint's residual
-            p, state = self._settled(found, p, state, weight)
-            weight = joint_weight(self._residual(self.laws, found, p, state), self.bench.reference)
-        training, design = self._residual(self.laws, found, p, state), self._design(self.laws, found, p, state)
+            p, state = fit.settled(found, p, state, weight)
+            weight = joint_weight(fit.residual(self.laws, found, p, state), self.bench.reference)
+        training, design = fit.residual(self.laws, found, p, state), fit.design(self.laws, found, p, state)
         last = fit_linear(design * weight[:, None], training * weight)
         names = [*self.own, *(c.parameter(s) for c, _ in found for s in (*c.linear, *c.shapes))]
         done = Fit(tuple(names), p, last)
         return Explanation(
-            found, done, tuple(state), weight, design, training, self._residual(self.judged, found, p, state)
+            found, done, tuple(state), weight, design, training, fit.residual(self.judged, found, p, state)
         )
 
     def residual(self, laws: Laws, of: Explanation) -> Array:
         """(K, n) of another recording, or the same in another band."""
-        return self._residual(laws, of.found, of.fit.p, of.fitted)
+        return self._fit.residual(laws, of.found, of.fit.p, of.fitted)
 
     def design(self, laws: Laws, of: Explanation) -> Array:
         """(K, n, k) columns of all that was fitted, on another recording, or on the same in another band."""
-        return self._design(laws, of.found, of.fit.p, of.fitted)
-
-    def _settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
-        """Shape parameters by Gauss-Newton around the fit of all others, of which a few steps do until they settle."""
-        weighed = p
-        p, state, loss = self._linear(found, p, state, weight, weighed)
-        count = sum(len(c.shapes) for c, _ in found)
-        for _ in range(SHAPE_STEPS if count else 0):
-            design = self._design(self.laws, found, p, state)
-            residual = self._residual(self.laws, found, p, state)
-            step = self._step(found, state, design * weight[:, None], residual * weight)
-            for scale in (1.0, 0.25, 0.0625):
-                moved = [
-                    Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
-                    for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
-                ]
-                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed, STEPS)
-                if lower < loss:
-                    break
-            else:
-                break
-            fall, p, state, loss = loss - lower, trial_p, trial, lower
-            if fall <= SETTLED * loss:
-                break
-        if count:
-            p, state, _ = self._linear(found, p, state, weight, weighed)
-        return p, state
-
-    def _step(self, found: Found, state: Sequence[Fitted], design: Array, residual: Array) -> Array:
-        """Of everything; a shape parameter that stands at the end of its room, and would go further, stays there."""
-        free = np.ones(design.shape[2], dtype=bool)
-        while True:
-            step = np.zeros(len(free))
-            step[free] = solve_linear(design[:, :, free], residual)
-            at, ends = len(self.own), []
-            for (candidate, scanned), f in zip(found, state, strict=True):
-                at += len(candidate.linear)
-                for (low, high), value in zip(self.laws.room(candidate, scanned), f.shapes, strict=True):
-                    if (value <= low and step[at] < 0.0) or (value >= high and step[at] > 0.0):
-                        ends.append(at)
-                    at += 1
-            if not ends:
-                return step
-            free[ends] = False
-
-    @staticmethod
-    def _moved(room: Sequence[tuple[float, float]], shapes: tuple[float, ...], step: Array) -> tuple[float, ...]:
-        return tuple(
-            float(np.clip(value + change, low, high))
-            for (low, high), value, change in zip(room, shapes, step, strict=True)
-        )
-
-    def _shape_part(self, found: Found, step: Array) -> list[Array]:
-        """Of a step of everything, in the order of the design, the shapes of each effect found."""
-        at, parts = len(self.own), []
-        for candidate, _ in found:
-            at += len(candidate.linear)
-            parts.append(step[at : at + len(candidate.shapes)])
-            at += len(candidate.shapes)
-        return parts
-
-    def _linear(
-        self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array, steps: int | None = None
-    ) -> tuple[Array, list[Fitted], float]:
-        """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``."""
-        limits, known = bounds(self.robot), sizes(self.robot)
-        names = [c.parameter(s) for c, _ in found for s in c.linear]
-        for candidate, _ in found:
-            limits |= candidate_bounds(candidate)
-        start = np.array([value for f in state for value in f.coefficients])
-        begun = self._begun(self.laws, found, state)
-        names += [f"begun_{i}" for i in range(begun.shape[2])]
-        start = np.concatenate([start, np.zeros(begun.shape[2])])
-        loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
-        for _ in range(TURNS if loaded else 1):
-            added = np.concatenate([self._added(self.laws, found, state, p), begun], axis=2)
-            p, start = minimise(
-                self.bench,
-                p,
-                self.own,
-                added,
-                start,
-                names,
-                weight,
-                limits,
-                known,
-                self.spread,
-                self.unknown,
-                weighed,
-                steps,
-            )
-        done, at = [], 0
-        for f in state:
-            count = len(f.coefficients)
-            done.append(Fitted(tuple(float(x) for x in start[at : at + count]), f.shapes))
-            at += count
-        weight = weight * (self.bench.passive.inertia(weighed) / self.bench.passive.inertia(p))
-        return p, done, float(np.sum((self._residual(self.laws, found, p, done) * weight) ** 2))
-
-    def _added(self, laws: Laws, found: Found, state: Sequence[Fitted], p: Array) -> Array:
-        """(K, n, e) columns of the linear parameters of all effects found."""
-        parts = [laws.spread(c, laws.columns(c, f.shapes, p)) for (c, _), f in zip(found, state, strict=True)]
-        return np.concatenate([np.zeros((*laws.bench.effort.shape, 0)), *parts], axis=2)
-
-    def _residual(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
-        coefficients = np.array([value for f in state for value in f.coefficients])
-        own = laws.bench.left(p, self.own)
-        left = own - times(self._added(laws, found, state, p), coefficients)
-        return without(left, self._begun(laws, found, state))
-
-    @staticmethod
-    def _begun(laws: Laws, found: Found, state: Sequence[Fitted]) -> Array:
-        """(K, n, m) columns of how hidden states began, where that goes on for long."""
-        parts = [np.zeros((*laws.bench.effort.shape, 0))]
-        for (candidate, _), f in zip(found, state, strict=True):
-            parts.append(laws.spread(candidate, laws.starts(candidate, f.shapes)))
-        return np.concatenate(parts, axis=2)
-
-    def _design(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
-        """(K, n, k) columns of all that is fitted, in the order of the names of a fit."""
-        own = laws.bench.moved(p, self.own)
-        if laws.bench.passive.joints:
-            own = own + eased(laws.bench, p, self.own, self._residual(laws, found, p, state))
-        parts = [own]
-        for (candidate, _), f in zip(found, state, strict=True):
-            parts.append(laws.spread(candidate, laws.columns(candidate, f.shapes, p)))
-            parts.append(laws.spread(candidate, laws.slopes(candidate, f.coefficients, f.shapes, p)))
-        return without(np.concatenate(parts, axis=2), self._begun(laws, found, state))
+        return self._fit.design(laws, of.found, of.fit.p, of.fitted)
 
     def errors(self, of: Explanation) -> Errors:
         """Relative errors of the effort."""
@@ -387,26 +248,3 @@ def heldout_gain(before: Explanation, after: Explanation) -> tuple[float, float]
 def joint_errors(residual: Array, bench: Workbench) -> Array:
     """(n,) relative error per joint."""
     return np.array([relative_error(residual[:, [j]], bench.reference[:, [j]]) for j in range(residual.shape[1])])
-
-
-def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:
-    """Candidates not yet in the model whose basis (what they correct) is in it.
-
-    A law that is akin to one that was found is no addition to that: it may take its place (``nested``). Some laws wait
-    for what they contain.
-    """
-    present = effects | {(e.type, e.at) for e in robot.effects}
-    return [
-        c
-        for c, law in ((c, catalogue()[c.effect]) for c in proposed)
-        if (c.effect, c.place.address) not in present
-        and (c.builds_on is None or (c.builds_on, c.place.address) in present)
-        and (law.opens or any((e, c.place.address) in present for e in law.generalises))
-        and not any(at == c.place.address and akin(c.effect, other) for other, at in effects)
-    ]
-
-
-def akin(one: str, other: str) -> bool:
-    """Whether two effects contain one another, or a third: Coulomb's law, say, that of Dahl, and that of LuGre."""
-    first, second = ({effect, *catalogue()[effect].generalises} for effect in (one, other))
-    return one != other and bool(first & second)

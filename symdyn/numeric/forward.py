@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.explanation import LEVEL, Case, Explanation, ready
+from symdyn.numeric.explanation import LEVEL, Case, Explanation
 from symdyn.numeric.findings import Alternative, Rival
 from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
+from symdyn.numeric.kinship import ready
 from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.revision import Revision

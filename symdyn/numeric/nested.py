@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.explanation import Explanation, akin
+from symdyn.numeric.explanation import Explanation
 from symdyn.numeric.forward import first_that_earns
 from symdyn.numeric.inquiry import Inquiry, finding_of
+from symdyn.numeric.kinship import akin
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.search import EARNS, Search, Trial
 from symdyn.numeric.skew import certain, effort_skew

@@ -10,8 +10,9 @@ from collections.abc import Callable, Collection, Sequence
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.explanation import LEVEL, Explanation, ready
+from symdyn.numeric.explanation import LEVEL, Explanation
 from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.kinship import ready
 from symdyn.numeric.nested import exchanged, explained_without, search_beside
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.together import Pair, pairs_without_shape

@@ -7,8 +7,9 @@ from itertools import combinations
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.explanation import LEVEL, Explanation, akin
+from symdyn.numeric.explanation import LEVEL, Explanation
 from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.kinship import akin
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.search import Search
 

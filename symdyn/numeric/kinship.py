@@ -1,0 +1,32 @@
+"""Laws that contain one another, and the candidates that are open to a search because of what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.numeric.candidates import Candidate
+from symdyn.physics import catalogue
+from symdyn.spec.records import Robot
+
+
+def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:
+    """Candidates not yet in the model whose basis (what they correct) is in it.
+
+    A law that is akin to one that was found is no addition to that: it may take its place (``nested``). Some laws wait
+    for what they contain.
+    """
+    present = effects | {(e.type, e.at) for e in robot.effects}
+    return [
+        c
+        for c, law in ((c, catalogue()[c.effect]) for c in proposed)
+        if (c.effect, c.place.address) not in present
+        and (c.builds_on is None or (c.builds_on, c.place.address) in present)
+        and (law.opens or any((e, c.place.address) in present for e in law.generalises))
+        and not any(at == c.place.address and akin(c.effect, other) for other, at in effects)
+    ]
+
+
+def akin(one: str, other: str) -> bool:
+    """Whether two effects contain one another, or a third: Coulomb's law, say, that of Dahl, and that of LuGre."""
+    first, second = ({effect, *catalogue()[effect].generalises} for effect in (one, other))
+    return one != other and bool(first & second)
