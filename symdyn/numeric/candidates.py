@@ -64,6 +64,11 @@ class Candidate:
         return tuple((schema.name, value) for schema, value in self.taken if schema.is_count)
 
     @property
+    def swings(self) -> bool:
+        """Whether it has a frequency of its own, and so answers to the whole motion."""
+        return any(schema.scan is Scan.FREQUENCY for schema in self.shapes)
+
+    @property
     def size(self) -> int:
         """How many numbers it brings."""
         return len(self.linear) + len(self.shapes)

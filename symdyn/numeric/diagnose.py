@@ -188,8 +188,9 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
 
 
 def _may_be_quick(candidate: Candidate, something_found: bool) -> bool:
-    scans = {schema.scan for schema in candidate.shapes}
-    return Scan.FREQUENCY not in scans if something_found else Scan.ANGLE_ORDER in scans
+    if something_found:
+        return not candidate.swings
+    return any(schema.scan is Scan.ANGLE_ORDER for schema in candidate.shapes)
 
 
 def _ends_at_steps(inquiry: Inquiry) -> bool:

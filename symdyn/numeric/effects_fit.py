@@ -53,10 +53,11 @@ class EffectsFit:
             design = self.design(self.laws, found, p, state)
             residual = self.residual(self.laws, found, p, state)
             step = self._step(found, state, design * weight[:, None], residual * weight)
+            changes = [step[places] for places in self._shape_places(found)]
             for scale in (1.0, 0.25, 0.0625):
                 moved = [
                     Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
-                    for (c, scanned), f, change in zip(found, state, self._shape_part(found, step), strict=True)
+                    for (c, scanned), f, change in zip(found, state, changes, strict=True)
                 ]
                 trial_p, trial, lower = self._linear(found, p, moved, weight, weighed, STEPS)
                 if lower < loss:
@@ -76,13 +77,12 @@ class EffectsFit:
         while True:
             step = np.zeros(len(free))
             step[free] = solve_linear(design[:, :, free], residual)
-            at, ends = len(self.own), []
-            for (candidate, scanned), f in zip(found, state, strict=True):
-                at += len(candidate.linear)
-                for (low, high), value in zip(self.laws.room(candidate, scanned), f.shapes, strict=True):
-                    if (value <= low and step[at] < 0.0) or (value >= high and step[at] > 0.0):
-                        ends.append(at)
-                    at += 1
+            ends = [
+                at
+                for (candidate, scanned), f, places in zip(found, state, self._shape_places(found), strict=True)
+                for at, (low, high), value in zip(places, self.laws.room(candidate, scanned), f.shapes, strict=True)
+                if (value <= low and step[at] < 0.0) or (value >= high and step[at] > 0.0)
+            ]
             if not ends:
                 return step
             free[ends] = False
@@ -94,14 +94,14 @@ class EffectsFit:
             for (low, high), value, change in zip(room, shapes, step, strict=True)
         )
 
-    def _shape_part(self, found: Found, step: Array) -> list[Array]:
-        """Of a step of everything, in the order of the design, the shapes of each effect found."""
-        at, parts = len(self.own), []
+    def _shape_places(self, found: Found) -> list[range]:
+        """Where in the order of the design the shapes of each effect found are."""
+        at, places = len(self.own), []
         for candidate, _ in found:
-            at += len(candidate.linear)
-            parts.append(step[at : at + len(candidate.shapes)])
-            at += len(candidate.shapes)
-        return parts
+            first = at + len(candidate.linear)
+            at = first + len(candidate.shapes)
+            places.append(range(first, at))
+        return places
 
     def _linear(
         self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array, steps: int | None = None

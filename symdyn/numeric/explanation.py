@@ -150,7 +150,7 @@ class Case:
         What swings must do so below the frequency at which the motion of its joint sinks into noise: beyond, it is a
         filter that lets less of the noise of accelerations through. And it swings on what has an inertia, too.
         """
-        if any(schema.scan is Scan.FREQUENCY for schema in candidate.shapes):
+        if candidate.swings:
             seen, joint = self.judge.observation, self.laws.joint(candidate)
             held = self.bench.kernel.mass_matrix_p(np.median(seen.q, axis=0), after.fit.p)[joint, joint]
             swinging = after.fitted[[c for c, _ in after.found].index(candidate)].coefficients[0]

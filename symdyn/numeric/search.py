@@ -306,7 +306,7 @@ def _patient(earning: list[Trial], stands: float) -> list[Trial]:
 
     It answers to the whole motion, and so takes up a little of whatever is missing.
     """
-    swinging = [t for t in earning if any(s.scan is Scan.FREQUENCY for s in t.candidate.shapes)]
+    swinging = [t for t in earning if t.candidate.swings]
     others = [t for t in earning if t not in swinging]
     most, other = (max((stands - t.loss for t in each), default=0.0) for each in (swinging, others))
     return others + swinging if other > HALF * most else earning
