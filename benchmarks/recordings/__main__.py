@@ -118,9 +118,10 @@ def section(r: Row) -> str:
         lines.append(f"| {f.title} | {f.place} | {listed(f.parameters)} | {errors} | {rivals} |")
     left = d.remaining
     if left.structured:
-        what = f"follows the {left.variable}" if left.variable else "is slower than noise, but follows no variable"
-        if left.slow > left.share:
-            what = f"{what}, and {100 * left.slow:.0f} % is slower than noise"
+        unlike = "slower than noise" if left.slow >= left.beyond_noise else "more than noise"
+        what = f"follows the {left.variable}" if left.variable else f"is {unlike}, but follows no variable"
+        if left.variable and left.unlike_noise > left.share:
+            what = f"{what}, and {100 * left.unlike_noise:.0f} % is {unlike}"
         lines += ["", f"Left: {100 * left.heldout:.2f} %; {100 * left.share:.0f} % of its power {what}."]
     else:
         lines += ["", f"Left: {100 * left.heldout:.2f} %, without structure."]

@@ -178,10 +178,11 @@ def show(result: Diagnosis) -> None:
             )
     left = result.remaining
     shape = f", {percent(left.share)} of its power follows the {left.variable}" if left.variable else ""
+    unlike = "slow, unlike noise" if left.slow >= left.beyond_noise else "beyond what noise would leave"
     if left.structured and left.variable is None:
-        shape = f", {percent(left.share)} of its power slow, unlike noise, but not a function of the motion"
-    elif left.slow > left.share:
-        shape += f" and {percent(left.slow)} is slow, unlike noise"
+        shape = f", {percent(left.share)} of its power {unlike}, but not a function of the motion"
+    elif left.unlike_noise > left.share:
+        shape += f" and {percent(left.unlike_noise)} is {unlike}"
     what = "left unexplained" if left.structured else "left, and like noise"
     out.print(
         f"{what}: {percent(left.heldout)} of the {result.judged}{shape} (below {result.band:.3g} Hz). "

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.compiler import parametric_kernel, robot_from_text
+from symdyn.numeric.beyond_noise import Beyond, beyond_noise
 from symdyn.numeric.candidates import GRAVITY, bounds
 from symdyn.numeric.explanation import SPREAD, Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
@@ -17,14 +18,14 @@ from symdyn.numeric.free_form import fitted_of
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
-from symdyn.numeric.leftover import leftover
+from symdyn.numeric.leftover import is_loud, leftover
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.rounding import left_by_steps
 from symdyn.numeric.sizes import sizes
 from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
-from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
+from symdyn.numeric.verdict import EXPLAINED, HOLDS, TOGETHER, that_matters, verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.monomials import value_of
@@ -48,16 +49,22 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
     after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
     densities = [noise_density(each, emitted.values) for each in (bench, judge)]
-    ways = zip((bench, judge), densities, left_by_steps(inquiry), strict=True)
-    noise = [np.hypot(in_band(density, each), steps) for each, density, steps in ways]  # of efforts, and of encoders
+    steps = left_by_steps(inquiry)
+    ways = zip((bench, judge), densities, steps, strict=True)
+    noise = [np.hypot(in_band(density, each), left) for each, density, left in ways]  # of efforts, and of encoders
+    sampled = case.left_by_sampling(final)
+    unseen = np.hypot(steps[1], np.sqrt(np.mean(sampled**2, axis=0)))  # (n,) what samples and steps do not show
+    admitted = [admissible_residual(each, emitted.values) for each in (bench, judge)]
+    beyond = beyond_noise(judge, emitted.values, admitted[1], unseen)
     remaining = leftover(
-        (admissible_residual(bench, emitted.values), _motion(bench)),
-        (admissible_residual(judge, emitted.values), _motion(judge)),
+        (admitted[0], _motion(bench)),
+        (admitted[1], _motion(judge)),
         [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
         dict(zip(case.joints, joint_errors(r_heldout, judge).tolist(), strict=True)),
         judge.samples_per_period,
         noise[1],
         float(np.min(judge.observation.motions)) / judge.edge,
+        beyond,
     )
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     told = []
@@ -67,9 +74,12 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         if not remaining.structured:
             size = math.sqrt(skew.share) * after.heldout
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value, size)
-    remaining = that_matters(remaining, findings)
+    told += _even(beyond, case.joints, remaining)
+    hidden = dict(zip(case.joints, _relative(unseen, judge).tolist(), strict=True))
+    remaining = that_matters(remaining, findings, hidden)
     wrong, before = refuted(case, final, remaining), first.errors(given)
-    verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
+    needed = (EXPLAINED, HOLDS, TOGETHER)[min(len(wrong), 2)]
+    verdict = verdict_of(findings, remaining, before, after, needed)
     if verdict is Verdict.UNEXPLAINED:
         told += [f"the law of {x} does not hold: what is left follows the {remaining.variable}" for x in wrong]
     return Diagnosis(
@@ -92,6 +102,18 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     )
 
 
+def _even(beyond: Sequence[Beyond], joints: Sequence[str], remaining: Remaining) -> list[str]:
+    """What is more than noise, and as even as noise: a recording cannot say which it is."""
+    if remaining.structured:
+        return []
+    return [
+        f"what is left at {joint} is {of.times:.2g} times what the sensors' noise at higher frequencies would leave, "
+        "and the same wherever the machine is: a sensor that filters its noise, or a disturbance from outside"
+        for joint, of in zip(joints, beyond, strict=True)
+        if is_loud(of, len(beyond))
+    ]
+
+
 def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
     """Where the model as given is not enough, by what each joint's residual follows."""
     residuals = Left(*(admissible_residual(w, given.fit.p) * given.weight for w in (case.bench, case.judge)))
@@ -101,13 +123,16 @@ def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
 
 def _noise_floor(case: Case, benches: Sequence[Workbench], noise: Sequence[Array]) -> NoiseFloor:
     """What noise of this root mean square (n,) alone would leave, relative to the effort (or what stands for it)."""
-    shares = []
-    for bench, left in zip(benches, noise, strict=True):
-        size = np.sqrt(np.mean(bench.reference**2, axis=0))
-        shares.append(np.divide(left, size, out=np.zeros_like(size), where=size > 0))
+    shares = [_relative(left, bench) for bench, left in zip(benches, noise, strict=True)]
     whole = [float(np.sqrt(np.mean(share**2))) for share in shares]
     per_joint = {joint: Errors(float(a), float(b)) for joint, a, b in zip(case.joints, *shares, strict=True)}
     return NoiseFloor(Errors(*whole), per_joint)
+
+
+def _relative(left: Array, bench: Workbench) -> Array:
+    """(n,) a root mean square, of that of the effort (or what stands for it)."""
+    size: Array = np.sqrt(np.mean(bench.reference**2, axis=0))
+    return np.divide(left, size, out=np.zeros_like(size), where=size > 0.0)
 
 
 def specification(case: Case, final: Explanation) -> Robot:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.rest import REST, speed_noise
+from symdyn.numeric.position_noise import speed_noise
+from symdyn.numeric.rest import REST
 from symdyn.numeric.scan import orders, periodogram
 from symdyn.numeric.workbench import Workbench
 

@@ -17,6 +17,7 @@ from symdyn.numeric.fitting import Fit, joint_weight, relative_error
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.observation import low_pass, motion_cutoff
 from symdyn.numeric.regression import fit_linear, likelier
+from symdyn.numeric.sampling import left_by_sampling
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.numeric.workbench import Workbench
@@ -142,7 +143,14 @@ class Case:
         falls = gain > 0 and self.errors(after).heldout < self.errors(before).heldout
         old, new = (joint_errors(e.heldout, self.judge) for e in (before, after))
         takes = np.sqrt(np.maximum(old**2 - new**2, 0.0))
-        return falls and p_value < LEVEL and bool(np.any((new <= (1.0 - EARNS) * old) & (takes > NEGLIGIBLE)))
+        enough = (new <= (1.0 - EARNS) * old) & (takes > NEGLIGIBLE)
+        if not falls or p_value >= LEVEL or not enough.any():
+            return False
+        return bool(np.any(enough & (takes > joint_errors(self.left_by_sampling(after), self.judge))))
+
+    def left_by_sampling(self, of: Explanation) -> Array:
+        """(K, n) of held-out data, what the time between samples leaves though nothing is missing."""
+        return left_by_sampling(self.judged, of.found, of.fitted, of.fit.p)
 
     def confirms(self, candidate: Candidate, before: Explanation, after: Explanation) -> bool:
         """Whether a candidate that ``after`` has beside ``before`` earns its place.

@@ -169,6 +169,12 @@ class Remaining:
     size: float  # of the structured part, relative to the effort (or the motion) where it is
     place: str | None = None  # whose equation it is left in; None where no single one tells
     slow: float = 0.0  # part of that power that is slow where noise would be even, whatever it follows
+    beyond_noise: float = 0.0  # part of that power that sensors and sampling do not account for, whatever it follows
+
+    @property
+    def unlike_noise(self) -> float:
+        """Part of the power that is no noise, by whatever shows it."""
+        return max(self.share, self.slow, self.beyond_noise)
 
     def to_json(self) -> Json:
         return {
@@ -176,6 +182,7 @@ class Remaining:
             "structured": self.structured,
             "share": self.share,
             "slow": self.slow,
+            "beyond_noise": self.beyond_noise,
             "variable": self.variable,
             "p_value": self.p_value,
             "place": self.place,
@@ -277,6 +284,7 @@ def bad_recording_json(robot: str, problems: Sequence[Problem]) -> Json:
             "structured": None,
             "share": None,
             "slow": None,
+            "beyond_noise": None,
             "variable": None,
             "p_value": None,
             "place": None,

@@ -1,4 +1,4 @@
-"""Whether what is left has structure: it follows the motion, or is slow where noise would be even."""
+"""Whether what is left has structure: it follows the motion, is slow where noise is even, or more than all noise."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
+from symdyn.numeric.beyond_noise import Beyond
 from symdyn.numeric.findings import Remaining
 from symdyn.numeric.regression import encompassing
 
@@ -17,8 +18,10 @@ Array = NDArray[np.float64]
 
 BINS = 16  # equally filled bins of one variable: any shape, no assumption on it
 BINS_OF_PAIR = 8  # of each of two variables
+FINE_BINS = 128  # of one variable again, where those tell nothing: for what has many waves, or is at one spot
 LEVEL = 0.01
 SHARE = 0.1  # structure worth naming: a tenth of what is left
+LEAST_SHARE = 0.02  # of the variance of its size, where that is asked
 SLOW_SHARE = 0.5  # without any variable to name, half of it
 
 Data = tuple[Array, Array]  # residual (K, n) and variables (K, v)
@@ -32,6 +35,7 @@ def leftover(
     per_band: float,
     floor: Array | None = None,
     known: float = 1.0,
+    beyond: Sequence[Beyond] = (),
 ) -> Remaining:
     """Learn the training residual as a free-form function of the motion; see what that predicts held out.
 
@@ -43,17 +47,19 @@ def leftover(
     ``per_band`` samples per period of the band's edge, its spectrum is asked. ``floor`` (n,) is the root mean square
     that the sensors' noise alone has in the band, where that is known from outside the band. ``known`` is the part of
     the band in which the motion of every joint is seen: beyond, residuals lack what it does, and its noise.
+    Last, ``beyond`` says of each joint what is more than noise, though it is neither: quick, and like no function.
     """
     slow = _slowest(heldout[0], errors, per_band, np.zeros(len(errors)) if floor is None else floor, known)
+    loud = _loudest(training, heldout, beyond, errors)
     single = [(j,) for j in range(len(variables))]
     pairs = list(combinations(range(len(variables)), 2))
     told = []
-    for subsets, bins in ((single, BINS), (pairs, BINS_OF_PAIR)):
+    for subsets, bins in ((single, BINS), (pairs, BINS_OF_PAIR), (single, FINE_BINS)):
         follows = _best(training, heldout, subsets, bins)
         told.append(_at(follows, errors, " and ".join(variables[j] for j in follows.variables) or None))
         if told[-1].structured:
-            return told[-1] if slow is None else _beside(told[-1], slow)
-    return told[0] if slow is None else slow
+            return _beside(told[-1], slow, loud)
+    return _beside(slow, loud) if slow else loud or told[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +72,46 @@ class _Structure:
     p_value: float
 
 
-def _beside(follows: Remaining, slow: Remaining) -> Remaining:
-    """What follows a variable, with what else is slow."""
-    return replace(follows, slow=slow.slow, size=max(follows.size, slow.size))
+def _beside(what: Remaining, *others: Remaining | None) -> Remaining:
+    """The same, with what else is slow, or more than noise."""
+    for other in others:
+        if other is not None:
+            most = max(what.slow, other.slow), max(what.beyond_noise, other.beyond_noise), max(what.size, other.size)
+            what = replace(what, slow=most[0], beyond_noise=most[1], size=most[2])
+    return what
+
+
+def _loudest(training: Data, heldout: Data, beyond: Sequence[Beyond], errors: Mapping[str, float]) -> Remaining | None:
+    """The joint at which most is left beyond noise, and is not as even as the noise of a sensor that filters may be.
+
+    That noise is the same wherever the machine is, and no frequency stands out of it.
+    """
+    powers = np.square(list(errors.values()))
+    loud = [
+        j
+        for j, of in enumerate(beyond)
+        if is_loud(of, len(beyond)) and (of.line * len(beyond) < LEVEL or _comes_and_goes(training, heldout, j))
+    ]
+    if not loud:
+        return None
+    joint = max(loud, key=lambda j: beyond[j].share * powers[j])
+    most = _Structure(joint, (), beyond[joint].share, min(1.0, beyond[joint].p_value * len(beyond)))
+    found = _at(most, errors, None)
+    return replace(found, beyond_noise=found.share)
+
+
+def is_loud(of: Beyond, joints: int) -> bool:
+    """Whether what is left at one of so many joints is more than the noise that is accounted for."""
+    return of.share > SHARE and of.p_value * joints < LEVEL
+
+
+def _comes_and_goes(training: Data, heldout: Data, joint: int) -> bool:
+    """Whether the size of a residual follows the motion, though it may not follow it itself."""
+    (r_train, x_train), (r_held, x_held) = training, heldout
+    mean = float(np.mean(r_train[:, joint] ** 2)) + 1e-300
+    sizes = [r[:, [joint]] ** 2 / mean - 1.0 for r in (r_train, r_held)]
+    subsets = [(j,) for j in range(x_train.shape[1])]
+    return _best((sizes[0], x_train), (sizes[1], x_held), subsets, BINS).share > LEAST_SHARE
 
 
 def _at(found: _Structure, errors: Mapping[str, float], variable: str | None) -> Remaining:

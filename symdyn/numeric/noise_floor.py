@@ -26,6 +26,21 @@ def noise_density(bench: Workbench, p: Array) -> Array:
     where the recording does not reach that far, of the highest quarter of its frequencies. A sensor
     that filters shows less there than it has in the band: then this is a lower bound.
     """
+    _, power, freedom = _of_sensors(bench, p)
+    return np.asarray(np.sqrt(_level(power, freedom)))
+
+
+def loudest_density(bench: Workbench, p: Array) -> Array:
+    """(n,) the same of the loudest octave: what may at most be the sensor's, if its noise grows towards the band."""
+    frequency, power, freedom = _of_sensors(bench, p)
+    octave = np.floor(np.log2(frequency / frequency[0]))
+    parts = [power[octave == k] for k in range(int(octave[-1]) + 1)]
+    levels = [_level(part, freedom) for part in parts if len(part) >= FEWEST_BINS]
+    return np.asarray(np.sqrt(np.max([_level(power, freedom), *levels], axis=0)))
+
+
+def _of_sensors(bench: Workbench, p: Array) -> tuple[Array, Array, float]:
+    """Frequencies (m,) at which a residual is the sensors' alone, its power density (m, n), and its freedom."""
     o = bench.observation
     residual = bench.raw_residual(p) * o.shown
     longest = max(o.segments, key=lambda part: part.stop - part.start)
@@ -34,9 +49,12 @@ def noise_density(bench: Workbench, p: Array) -> Array:
     clear = frequency > CLEAR * o.cutoff
     if np.count_nonzero(clear) < FEWEST_BINS:
         clear = frequency > 0.75 * frequency[-1]
-    freedom = 2.0 * (longest.stop - longest.start) / length
-    # The median of chi-squared numbers lies below their mean.
-    return np.asarray(np.sqrt(np.median(power[clear], axis=0) * freedom / special.chdtri(freedom, 0.5)))
+    return frequency[clear], power[clear], 2.0 * (longest.stop - longest.start) / length
+
+
+def _level(power: Array, freedom: float) -> Array:
+    """(n,) The median of chi-squared numbers lies below their mean."""
+    return np.asarray(np.median(power, axis=0) * freedom / special.chdtri(freedom, 0.5))
 
 
 def in_band(density: Array, bench: Workbench) -> Array:

@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, signal
+from scipy import ndimage
 
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.position_noise import speed_noise
 
 Array = NDArray[np.float64]
 
@@ -44,16 +45,3 @@ def turning(observation: Observation, edge: float | None, bring: Callable[[Array
             turns = np.diff(np.sign(speed), prepend=np.sign(speed[:1])) != 0
             near[part, j] = ndimage.maximum_filter1d(turns, 2 * reach + 1)
     return np.asarray(bring(near.astype(float)) > TOUCHED)
-
-
-def speed_noise(observation: Observation) -> Array:
-    """(n,) standard deviation of the noise in ``observation.qd``: the position's floor, differentiated."""
-    o = observation
-    longest = max(o.segments, key=lambda part: part.stop - part.start)
-    bend = np.diff(o.measured[longest], 2, axis=0)
-    length = max(64, min(len(bend), 4096) // 2)
-    frequency, power = signal.welch(bend, o.rate, nperseg=min(length, len(bend)), axis=0)
-    upper = frequency > 0.5 * frequency[-1]
-    density = power[upper] / (2.0 * np.sin(np.pi * frequency[upper, None] / o.rate)) ** 4
-    floor = np.median(density, axis=0)
-    return np.asarray(np.sqrt(floor * (2.0 * np.pi) ** 2 * o.motions**3 / 3.0))

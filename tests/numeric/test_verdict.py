@@ -59,10 +59,17 @@ def test_what_is_left_without_structure_counts_for_nothing() -> None:
 
 def test_a_trace_that_no_sensor_tells_is_no_structure_that_matters() -> None:
     told = Remaining(0.0049, True, 0.1, "speed of arm", 1e-9, size=0.0009, place="arm")
-    assert that_matters(replace(told, size=0.0011), ()).structured
-    assert that_matters(told, (SURE,)).structured  # it may be much, beside what the finding took off
+    assert that_matters(replace(told, size=0.0011), (), {}).structured
+    assert that_matters(told, (SURE,), {}).structured  # it may be much, beside what the finding took off
     steps = Finding("encoder", "encoder resolution", "arm", {}, 0.0049, 0.0049, 0.0, ())
     for findings, verdict in (((), Verdict.COMPLETE), ((steps,), Verdict.MISSING_PHYSICS)):
-        trace = that_matters(told, findings)
+        trace = that_matters(told, findings, {})
         assert (trace.structured, trace.variable, trace.place, trace.heldout) == (False, None, None, 0.0049)
         assert verdict_of(findings, trace, BEFORE, AFTER) is verdict
+
+
+def test_structure_that_samples_and_steps_leave_is_nothing_that_is_missing() -> None:
+    told = Remaining(0.02, True, 0.3, "speed of arm", 1e-9, size=0.011, place="arm")
+    for findings in ((), (SURE,)):
+        assert that_matters(told, findings, {"arm": 0.01, "hand": 0.1}).structured
+        assert not that_matters(told, findings, {"arm": 0.012, "hand": 0.0}).structured

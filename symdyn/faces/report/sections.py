@@ -124,8 +124,10 @@ def remaining_text(diagnosis: Diagnosis) -> Markup:
     follows = f"the {left.variable}" if left.variable else "the motion"
     where = f" at {left.place}" if left.place else ""
     if left.structured and left.variable is None:
+        slow = left.slow >= left.beyond_noise
+        unlike = "slow, where noise would be even" if slow else "beyond what the noise of the sensors would leave"
         sentences.append(
-            f"It is no noise: {percent(left.share)} of its power{where} is slow, where noise would be even "
+            f"It is no noise: {percent(left.share)} of its power{where} is {unlike} "
             f"({probability(left.p_value)}), but it does not follow position, speed or acceleration. Look for what "
             "changes with time, for disturbances from outside, and for physics with a memory."
         )

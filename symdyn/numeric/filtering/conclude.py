@@ -53,7 +53,7 @@ def conclude(
     compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
     floor = noise_floor(model, final.fit)
-    remaining = that_matters(_remaining(model, final, after, floor), findings)
+    remaining = that_matters(_remaining(model, final, after, floor), findings, {})
     channels = model.heldout.names
     moved = _moved(model, final.fit)
     return Diagnosis(

@@ -1,0 +1,41 @@
+"""What the time between samples leaves of a residual though nothing is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.effects_fit import Fitted, Found
+from symdyn.numeric.laws import Laws
+from symdyn.numeric.observation import derivative
+from symdyn.numeric.probe import key_of
+
+Array = NDArray[np.float64]
+
+WITHIN = (-0.375, -0.125, 0.125, 0.375)  # of a sample
+
+
+def left_by_sampling(laws: Laws, found: Found, fitted: Sequence[Fitted], p: Array) -> Array:
+    """(K, n) in the analysis band, as efforts are shown: by its size, not by its course.
+
+    - Dry friction jumps where a speed reverses, and that is between two samples: what the forces of a sample are less
+      their mean over the sample, the speed being straight in it.
+    - An effort that is held over a sample T misses (omega T)^2 / 24 of what is recorded: its second derivative.
+    """
+    bench, o = laws.bench, laws.bench.observation
+    between, held = np.zeros_like(o.tau), np.zeros_like(o.tau)
+    for share, sign in [(at, 1.0 / len(WITHIN)) for at in WITHIN] + [(0.0, -1.0)]:
+        moved = replace(o, qd=o.qd + share * o.sample_time * o.qdd)
+        between += sign * bench.kernel.inverse_dynamics_p_batch(moved.q, moved.qd, moved.qdd, p)
+        for (candidate, _), values in zip(found, fitted, strict=True):
+            probe, joint = laws.probes[key_of(candidate)], laws.joint(candidate)
+            if candidate.effect not in probe.memory:  # what remembers does not jump
+                told = candidate.values(values.coefficients, values.shapes)
+                between[:, joint] += sign * probe.force(candidate.effect, told, moved, joint)
+    for part in o.segments:
+        slope = derivative(o.tau[part], o.time[part])
+        held[part] = derivative(slope, o.time[part]) * o.sample_time**2 / 24.0
+    return np.asarray(np.hypot(bench.bring(between), bench.bring(held)) * bench.counted)
