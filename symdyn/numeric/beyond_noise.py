@@ -1,4 +1,4 @@
-"""How much of what is left is more than sensors and sampling account for, where the motion is known."""
+"""How much of what is left is more than sensors and sampling account for."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal, stats
 
 from symdyn.numeric.noise_floor import loudest_density
+from symdyn.numeric.observation import passed, spectrum
 from symdyn.numeric.position_noise import position_density
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
-KNOWN = 0.7  # of the frequency where a position sinks into its noise: beyond, its filter takes part of the motion away
+PASSES = 1.5  # times the band's edge: beyond, its own filter leaves a thousandth
 TIMES = 4.0  # the accounted power: twice the amplitude
 SEGMENTS = 8  # of Welch's spectrum
-NEAR = 9  # bins whose median is the level around a line
+NEAR = 41  # bins whose median is the level around a line
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,38 +38,48 @@ def beyond_noise(bench: Workbench, p: Array, residual: Array, hidden: Array) -> 
     ``hidden`` (n,) is the root mean square that samples and the steps of known encoders leave. Welch's spectra are
     chi-squared, with two degrees of freedom per independent segment.
     """
-    o = bench.observation
     rate = bench.samples_per_period * bench.edge
-    known = KNOWN * min(bench.edge, float(np.min(o.motions)))
     length = min(len(residual), max(32, len(residual) // SEGMENTS))
     frequency, left = signal.welch(residual, rate, nperseg=length, axis=0, detrend="constant")
-    seen = (frequency > 0.0) & (frequency <= known)
-    if not seen.any():
-        return [Beyond()] * residual.shape[1]
+    seen = (frequency > 0.0) & (frequency <= PASSES * bench.edge)
+    lines = [_line(column, rate, PASSES * bench.edge) for column in residual.T]
     accounted = _of_sensors(bench, p, frequency[seen]) * np.mean(bench.counted != 0.0, axis=0)
-    noise = np.maximum(np.sum(accounted + hidden**2 / bench.edge, axis=0), 1e-300)
+    kept = passed(frequency[seen, None], bench.observation.rate, np.array(bench.edge)) ** 2
+    noise = np.maximum(np.sum(kept * (accounted + hidden**2 / bench.edge), axis=0), 1e-300)
     freedom = 2.0 * len(residual) / length
-    found, whole_band = [], left[frequency <= bench.edge]
-    for power, whole, known_noise in zip(left[seen].T, whole_band.T, noise.tolist(), strict=True):
-        total = float(power.sum())
+    found = []
+    for power, known_noise, line in zip(left[seen].T, noise.tolist(), lines, strict=True):
+        total = max(float(power.sum()), 1e-300)
         # A sum of unequal chi-squared numbers is near one with the freedom of Satterthwaite (1946).
-        of_sum = freedom * total**2 / max(float(np.sum(power**2)), 1e-300)
+        of_sum = freedom * total**2 / float(np.sum(power**2) + 1e-300)
         p_value = float(stats.chi2.sf(of_sum * total / (TIMES * known_noise), of_sum))
-        share = max(total - known_noise, 0.0) / max(float(whole.sum()), 1e-300)
-        found.append(Beyond(share, p_value, math.sqrt(total / known_noise), _line(power, freedom)))
+        share = max(1.0 - known_noise / total, 0.0)
+        found.append(Beyond(share, p_value, math.sqrt(total / known_noise), line))
     return found
 
 
-def _line(power: Array, freedom: float) -> float:
-    """p-value of the bin that stands out most from those around it, all of them counted."""
-    around = np.maximum(ndimage.median_filter(power, NEAR, mode="nearest"), 1e-300)
-    return float(min(1.0, len(power) * stats.chi2.sf(freedom * np.max(power / around), freedom)))
+def _line(residual: Array, rate: float, edge: float) -> float:
+    """p-value of the frequency that stands out most from those around it, all of them counted.
+
+    The bins of a periodogram of noise are exponentially distributed, with its level there as their mean.
+    """
+    frequency, power = signal.periodogram(residual, rate, window="hann")
+    power = power[(frequency > 0.0) & (frequency <= edge)]
+    mean = np.maximum(ndimage.median_filter(power, NEAR, mode="reflect") / math.log(2.0), 1e-300)
+    return float(min(1.0, len(power) * math.exp(-float(np.max(power / mean)))))
 
 
 def _of_sensors(bench: Workbench, p: Array, frequency: Array) -> Array:
-    """(m, n) power density of the noise of efforts, and of all positions, twice differentiated, times the inertias."""
+    """(m, n) power density of the noise of efforts, and of what is not known of accelerations, times the inertias.
+
+    That is the noise of positions, as far as their filter lets it pass, and what that filter takes of the motion.
+    """
     o = bench.observation
     inertia = bench.kernel.mass_matrix_p_batch(np.ascontiguousarray(o.q), p)
-    positions = np.mean(inertia**2, axis=0) @ position_density(o) * o.shown**2
-    accelerations: Array = (2.0 * np.pi * frequency[:, None]) ** 4 * positions
-    return np.asarray(loudest_density(bench, p) ** 2 + accelerations)
+    passes = passed(frequency[:, None], o.rate, o.motions)
+    longest = max(o.segments, key=lambda part: part.stop - part.start)
+    shown = np.stack([np.interp(frequency, *spectrum(q, o.rate)) for q in o.measured[longest].T], axis=1)
+    positions = passes**2 * position_density(o) + (1.0 - passes) ** 2 * shown
+    accelerations = (2.0 * np.pi * frequency[:, None]) ** 4 * positions
+    forces: Array = accelerations @ np.mean(inertia**2, axis=0).T * o.shown**2
+    return np.asarray(loudest_density(bench, p) ** 2 + forces)

@@ -184,7 +184,12 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     wide = replace(inquiry, first=first, given=first.explain(), case=case, current=current, motion=edge)
     quick = tuple(c for c in wide.setting.proposed if _may_be_quick(c, bool(inquiry.findings)))
     after = _searched(replace(wide, setting=replace(wide.setting, proposed=quick)), (), progress)
-    return replace(after, setting=inquiry.setting) if len(after.findings) > len(inquiry.findings) else inquiry
+    if len(after.findings) > len(inquiry.findings):
+        return replace(after, setting=inquiry.setting)
+    if inquiry.findings:
+        return inquiry
+    quicker = f"what is left reaches up to {cutoff:.3g} Hz, and the motion was looked at below {edge:.3g} Hz"
+    return inquiry.noting(f"{quicker}: no ripple tells what is quicker")
 
 
 def _may_be_quick(candidate: Candidate, something_found: bool) -> bool:

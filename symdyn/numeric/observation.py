@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 FLOOR_MARGIN = 10.0  # a position spectrum this far above its noise floor is taken for motion
 BESIDE = 2  # samples on either side that the derivative of a filtered motion is taken from
+WHOLE = 0.4  # of the rate: a filter whose edge is there or beyond takes nothing
 FILTER_ORDER = 4  # Butterworth, run forwards and backwards: no phase, order doubled
 
 
@@ -119,7 +120,7 @@ def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) ->
         floor = np.median(power[len(power) // 2 :])
         quiet = np.flatnonzero(_level(power) <= FLOOR_MARGIN * floor)
         cutoff = max(cutoff, float(frequency[quiet[0]] if len(quiet) else frequency[-1]))
-    return float(np.clip(cutoff, rate / 1000.0, 0.4 * rate))
+    return float(np.clip(cutoff, rate / 1000.0, WHOLE * rate))
 
 
 def spectrum(position: Array, rate: float) -> tuple[Array, Array]:
@@ -165,11 +166,11 @@ def derivative(values: Array, time: Array, beside: int = BESIDE) -> Array:
 
 def is_cut(rate: float, cutoff: float) -> bool:
     """Whether a filter of that edge leaves anything away at that rate."""
-    return cutoff < 0.4 * rate
+    return cutoff < WHOLE * rate
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:
-    """Butterworth, forwards and backwards, along the first axis; beyond 0.4 of the rate nothing is cut."""
+    """Butterworth, forwards and backwards, along the first axis; beyond ``WHOLE`` of the rate nothing is cut."""
     if not is_cut(rate, cutoff):
         return values
     pad = min(len(values) - 1, int(3 * rate / cutoff))
@@ -180,6 +181,11 @@ def low_pass(values: Array, rate: float, cutoff: float) -> Array:
     for _ in range(2):
         rows = signal.sosfilt(sections, rows, axis=1, zi=settled * rows[:, :1])[0][:, ::-1]
     return np.ascontiguousarray(rows[:, pad : rows.shape[1] - pad].T).reshape(values.shape)
+
+
+def passed(frequency: Array, rate: float, cutoff: Array) -> Array:
+    """What ``low_pass`` leaves of an amplitude at these frequencies (Hz)."""
+    return np.where(cutoff < WHOLE * rate, 1.0 / (1.0 + (frequency / cutoff) ** (2 * FILTER_ORDER)), 1.0)
 
 
 @lru_cache

@@ -14,8 +14,8 @@ from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import Case
 from symdyn.numeric.findings import Located
 from symdyn.numeric.noise_floor import in_band, noise_density
-from symdyn.numeric.recording import Recording
 from symdyn.numeric.position_noise import speed_noise
+from symdyn.numeric.recording import Recording
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.spec.edit import add_effect
