@@ -75,7 +75,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         smooth = low_pass(positions[part], rate, limit)
         time = recording.time[part]
         q[part] = smooth
-        beside = BESIDE
+        beside = BESIDE if is_cut(rate, limit) else 1  # the shorter lets less noise through
         qd[part] = derivative(smooth, time, beside)
         qdd[part] = derivative(qd[part], time, beside)
     tau = measured_effort(robot, kernel, recording)

@@ -23,10 +23,11 @@ def left_by_sampling(laws: Laws, found: Found, fitted: Sequence[Fitted], p: Arra
 
     - Dry friction jumps where a speed reverses, and that is between two samples: what the forces of a sample are less
       their mean over the sample, the speed being straight in it.
+    - Derivatives are those of polynomials: what wider ones make of the acceleration is their error.
     - An effort that is held over a sample T misses (omega T)^2 / 24 of what is recorded: its second derivative.
     """
     bench, o = laws.bench, laws.bench.observation
-    between, held = np.zeros_like(o.tau), np.zeros_like(o.tau)
+    between, held, bent = np.zeros_like(o.tau), np.zeros_like(o.tau), np.zeros_like(o.tau)
     for share, sign in [(at, 1.0 / len(WITHIN)) for at in WITHIN] + [(0.0, -1.0)]:
         moved = replace(o, qd=o.qd + share * o.sample_time * o.qdd)
         between += sign * bench.kernel.inverse_dynamics_p_batch(moved.q, moved.qd, moved.qdd, p)
@@ -38,4 +39,8 @@ def left_by_sampling(laws: Laws, found: Found, fitted: Sequence[Fitted], p: Arra
     for part in o.segments:
         slope = derivative(o.tau[part], o.time[part])
         held[part] = derivative(slope, o.time[part]) * o.sample_time**2 / 24.0
-    return np.asarray(np.hypot(bench.bring(between), bench.bring(held)) * bench.counted)
+        bent[part] = derivative(derivative(o.q[part], o.time[part]), o.time[part]) - o.qdd[part]
+    inertia = bench.kernel.mass_matrix_p_batch(np.ascontiguousarray(o.q), p)
+    bent = np.einsum("kij,kj->ki", inertia, bent)
+    parts = [bench.bring(each) for each in (between, held, bent)]
+    return np.asarray(np.sqrt(np.sum(np.square(parts), axis=0)) * bench.counted)

@@ -23,7 +23,7 @@ def that_matters(remaining: Remaining, findings: Sequence[Finding], hidden: Mapp
     """
     took = any(f.heldout_gain > 0.0 for f in findings)
     there = hidden.values() if remaining.place is None else [hidden.get(remaining.place, 0.0)]
-    if not remaining.structured or remaining.size > max(0.0 if took else NEGLIGIBLE, *there):
+    if not remaining.structured or remaining.size > max((0.0 if took else NEGLIGIBLE, *there)):
         return remaining
     return Remaining(remaining.heldout, False, 0.0, None, remaining.p_value, 0.0)
 
