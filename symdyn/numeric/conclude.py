@@ -25,7 +25,7 @@ from symdyn.numeric.rounding import left_by_steps
 from symdyn.numeric.sizes import sizes
 from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
-from symdyn.numeric.verdict import EXPLAINED, HOLDS, TOGETHER, that_matters, verdict_of
+from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.monomials import value_of
@@ -78,8 +78,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     hidden = dict(zip(case.joints, _relative(unseen, judge).tolist(), strict=True))
     remaining = that_matters(remaining, findings, hidden)
     wrong, before = refuted(case, final, remaining), first.errors(given)
-    needed = (EXPLAINED, HOLDS, TOGETHER)[min(len(wrong), 2)]
-    verdict = verdict_of(findings, remaining, before, after, needed)
+    verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
     if verdict is Verdict.UNEXPLAINED:
         told += [f"the law of {x} does not hold: what is left follows the {remaining.variable}" for x in wrong]
     return Diagnosis(

@@ -8,7 +8,6 @@ from symdyn.numeric.findings import Errors, Finding, Remaining, Verdict
 
 EXPLAINED = 0.75  # of the structured mismatch's power that findings must tell for their names to be the answer
 HOLDS = 0.995  # the same where what is left follows a finding's own variable: its law holds but for 7 % of its size
-TOGETHER = 0.999  # and where two findings there are laws in it: together they bend to any curve but for that much
 ALL = 1.0  # the same where the model's own parameters went where no data sheet is wrong: who explained it is open
 NEGLIGIBLE = 0.001  # of the effort, or of the motion: no sensor of a robot tells so little, whatever its structure
 
@@ -36,8 +35,8 @@ def verdict_of(
     1. ``unexplained``: what is left is structured, and nothing was found; or what was found tells less
        than the part ``needed`` of the structured mismatch (``explained_share``): three quarters; 99.5 % where
        its law is refuted (what is left still follows the very variable that a finding is a law in, at its own
-       place, alone or with another one there); 99.9 % where those of two are; all where the model's parameters took
-       up some of it. The findings are still told then, as the nearest that is known.
+       place, alone or with another one there); all where the model's parameters took up some of it. The
+       findings are still told then, as the nearest that is known.
     2. ``ambiguous``: a finding has a rival that these recordings do not tell from it.
     3. ``missing_physics``: there are findings (``remaining.structured`` says whether more is missing).
     4. ``complete``: nothing was found, and what is left has no structure.
