@@ -49,6 +49,7 @@ from symdyn.spec.records import Robot
 Progress = Callable[[str], None]
 
 FEW = 3  # effects that a delay is compared with
+QUICK = frozenset({Scan.ANGLE_ORDER, Scan.SPEED, Scan.DISPLACEMENT})  # of laws that may be quicker than a motion
 WIDER = 1.5  # times the band, from which on it is worth another search
 
 
@@ -164,8 +165,8 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
     quick then, and a friction that remembers would be named for it. Sensors and gravity are no quick matter, and what
     swings would answer to motion that is not seen there.
-    Where nothing was found in the narrow band, the wide one must show more than noise, and ripples alone are looked
-    for: one of a high order is as even as noise there, and quicker than the motion; all else would have been seen.
+    Where nothing was found in the narrow band, the wide one must show more than noise, and what may be quicker than the
+    motion is looked for: a ripple of a high order, and what dry friction does while a joint hardly moves.
     """
     edge = inquiry.case.bench.edge
     if not np.any(inquiry.case.bench.effort) or _ends_at_steps(inquiry):
@@ -189,13 +190,13 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     if inquiry.findings:
         return inquiry
     quicker = f"what is left reaches up to {cutoff:.3g} Hz, and the motion was looked at below {edge:.3g} Hz"
-    return inquiry.noting(f"{quicker}: no ripple tells what is quicker")
+    return inquiry.noting(f"{quicker}: nothing known tells what is quicker")
 
 
 def _may_be_quick(candidate: Candidate, something_found: bool) -> bool:
     if something_found:
         return not candidate.swings
-    return any(schema.scan is Scan.ANGLE_ORDER for schema in candidate.shapes)
+    return any(schema.scan in QUICK for schema in candidate.shapes)
 
 
 def _ends_at_steps(inquiry: Inquiry) -> bool:
