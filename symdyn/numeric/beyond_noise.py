@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal, stats
 
 from symdyn.numeric.noise_floor import loudest_density
-from symdyn.numeric.observation import passed, spectrum
+from symdyn.numeric.observation import passed
 from symdyn.numeric.position_noise import position_density
+from symdyn.numeric.position_spectrum import spectrum
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.observation import FLOOR_MARGIN, smoothed, spectrum
+from symdyn.numeric.observation import smoothed
+from symdyn.numeric.position_spectrum import FLOOR_MARGIN, spectrum
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.numeric.recording_quality import steps_of
 

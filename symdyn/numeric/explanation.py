@@ -15,7 +15,8 @@ from symdyn.numeric.effects_fit import EffectsFit, Fitted, Found
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, joint_weight, relative_error
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.observation import low_pass, motion_cutoff
+from symdyn.numeric.observation import low_pass
+from symdyn.numeric.position_spectrum import motion_cutoff
 from symdyn.numeric.regression import fit_linear, likelier
 from symdyn.numeric.sampling import left_by_sampling
 from symdyn.numeric.search import EARNS

@@ -13,15 +13,15 @@ from scipy import signal
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.memory import driven_states
+from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
 from symdyn.numeric.reading import declared
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.steady_clock import steady
 from symdyn.spec.records import Quantity, Robot
 
 Array = NDArray[np.float64]
 
-FLOOR_MARGIN = 10.0  # a position spectrum this far above its noise floor is taken for motion
 BESIDE = 2  # samples on either side that the derivative of a filtered motion is taken from
-WHOLE = 0.4  # of the rate: a filter whose edge is there or beyond takes nothing
 FILTER_ORDER = 4  # Butterworth, run forwards and backwards: no phase, order doubled
 
 
@@ -60,6 +60,7 @@ class Observation:
 def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | None = None) -> Observation:
     """Positions are low-passed without phase and differentiated; efforts are taken as measured.
 
+    Samples of a clock that trembles are brought to even steps before (``steady``).
     ``cutoff`` in Hz; None takes the highest frequency at which a position still stands above its
     noise floor. Effort is measured directly, or follows from the actuator's input through the kernel.
 
@@ -67,6 +68,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
     has coordinates or states that inverse dynamics would need and nobody measures.
     """
     _refuse_hidden(robot, kernel)
+    recording = steady(recording)
     positions = np.column_stack([recording.channel(Quantity.POSITION, joint.name) for joint in robot.joints])
     rate = 1.0 / recording.sample_time
     limit = cutoff if cutoff is not None else motion_cutoff(positions, recording.segments, rate)
@@ -109,38 +111,6 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
     gains = np.array([reading.effort_gain for reading in declared(robot)])
     driven = kernel.actuation_p_batch(states, inputs, kernel.values) / gains
     return np.where(np.isnan(direct), driven, direct)
-
-
-def motion_cutoff(positions: Array, segments: tuple[slice, ...], rate: float) -> float:
-    """Frequency (Hz) below which a position's spectrum stands above its own noise floor without a gap."""
-    longest = max(segments, key=lambda part: part.stop - part.start)
-    cutoff = 0.0
-    for column in positions[longest].T:
-        frequency, power = _spectrum(column, rate)
-        floor = np.median(power[len(power) // 2 :])
-        quiet = np.flatnonzero(_level(power) <= FLOOR_MARGIN * floor)
-        cutoff = max(cutoff, float(frequency[quiet[0]] if len(quiet) else frequency[-1]))
-    return float(np.clip(cutoff, rate / 1000.0, WHOLE * rate))
-
-
-def spectrum(position: Array, rate: float) -> tuple[Array, Array]:
-    """Frequencies (Hz) and power density of a position (N,), smoothed over neighbours."""
-    frequency, power = _spectrum(position, rate)
-    return frequency, _level(power)
-
-
-def _spectrum(position: Array, rate: float) -> tuple[Array, Array]:
-    """It is taken of second differences and divided by theirs: the slow, large part of the motion would otherwise leak
-    over everything else.
-    """
-    bend = np.diff(position, 2)
-    frequency, power = signal.welch(bend, rate, nperseg=max(64, min(len(bend), 4096) // 2))
-    return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] / rate)) ** 4
-
-
-def _level(power: Array) -> Array:
-    """A single bin of noise exceeds any margin now and then."""
-    return np.convolve(power, np.ones(5) / 5.0, mode="same")
 
 
 def derivative(values: Array, time: Array, beside: int = BESIDE) -> Array:

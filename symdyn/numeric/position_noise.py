@@ -4,23 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from symdyn.numeric.observation import Observation
+from symdyn.numeric.position_spectrum import floor
 
 Array = NDArray[np.float64]
 
 
 def position_density(observation: Observation) -> Array:
-    """(n,) power density of each position's noise per hertz: the level in the upper half of its spectrum."""
-    o = observation
-    longest = max(o.segments, key=lambda part: part.stop - part.start)
-    bend = np.diff(o.measured[longest], 2, axis=0)  # else the slow, large part of the motion leaks over everything
-    length = max(64, min(len(bend), 4096) // 2)
-    frequency, power = signal.welch(bend, o.rate, nperseg=min(length, len(bend)), axis=0)
-    upper = frequency > 0.5 * frequency[-1]
-    density = power[upper] / (2.0 * np.sin(np.pi * frequency[upper, None] / o.rate)) ** 4
-    return np.asarray(np.median(density, axis=0))
+    """(n,) power density of each position's noise per hertz."""
+    return floor(observation.measured, observation.segments, observation.rate)
 
 
 def speed_noise(observation: Observation) -> Array:

@@ -41,18 +41,22 @@ def verdict_of(
     3. ``missing_physics``: there are findings (``remaining.structured`` says whether more is missing).
     4. ``complete``: nothing was found, and what is left has no structure.
     """
-    if remaining.structured and (not findings or explained_share(remaining, before, after) < needed):
+    follows, unlike = (
+        explained_share(left, remaining, before, after)
+        for left in (max(remaining.share, remaining.slow), remaining.unlike_noise)
+    )
+    if remaining.structured and (not findings or follows < needed or unlike < EXPLAINED):
         return Verdict.UNEXPLAINED
     if any(f.rivals for f in findings):
         return Verdict.AMBIGUOUS
     return Verdict.MISSING_PHYSICS if findings else Verdict.COMPLETE
 
 
-def explained_share(remaining: Remaining, before: Errors, after: Errors) -> float:
+def explained_share(share: float, remaining: Remaining, before: Errors, after: Errors) -> float:
     """Part of the structured mismatch's held-out power that the findings took away.
 
-    The structured mismatch is what they took, and of what is left the part that is ``unlike_noise``.
+    The structured mismatch is what they took, and of what is left that ``share`` of its power.
     """
     taken = max(before.heldout**2 - after.heldout**2, 0.0)
-    left = remaining.unlike_noise * after.heldout**2 if remaining.structured else 0.0
+    left = share * after.heldout**2 if remaining.structured else 0.0
     return taken / (taken + left) if taken + left > 0.0 else 0.0

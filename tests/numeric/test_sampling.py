@@ -96,4 +96,4 @@ def test_without_dry_friction_little_is_between_samples() -> None:
         explained = case.explain()
         of = left_by_sampling(case.judged, (), (), explained.fit.p)
         sizes.append(float(np.sqrt(np.mean(of**2))))
-    assert sizes[0] < 0.1 * sizes[1]
+    assert sizes[0] < 0.3 * sizes[1]

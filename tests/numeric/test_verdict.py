@@ -41,7 +41,7 @@ def test_rules(findings: tuple[Finding, ...], remaining: Remaining, needed: floa
 def test_a_finding_that_tells_a_small_part_is_no_explanation() -> None:
     after = Errors(0.09, 0.09)
     rest = Remaining(0.09, True, 0.9, "speed of arm", 1e-6, 0.08)
-    assert explained_share(rest, BEFORE, after) == pytest.approx(0.0019 / (0.0019 + 0.9 * 0.0081))
+    assert explained_share(0.9, rest, BEFORE, after) == pytest.approx(0.0019 / (0.0019 + 0.9 * 0.0081))
     assert verdict_of((SURE,), rest, BEFORE, after) is Verdict.UNEXPLAINED
 
 
@@ -53,8 +53,8 @@ def test_what_is_slow_counts_beside_a_little_that_follows_a_variable() -> None:
 
 
 def test_what_is_left_without_structure_counts_for_nothing() -> None:
-    assert explained_share(Remaining(0.09, False, 0.05, None, 0.5, 0.0), BEFORE, Errors(0.09, 0.09)) == 1.0
-    assert explained_share(Remaining(0.1, False, 0.0, None, 1.0, 0.0), BEFORE, BEFORE) == 0.0
+    assert explained_share(0.05, Remaining(0.09, False, 0.05, None, 0.5, 0.0), BEFORE, Errors(0.09, 0.09)) == 1.0
+    assert explained_share(0.0, Remaining(0.1, False, 0.0, None, 1.0, 0.0), BEFORE, BEFORE) == 0.0
 
 
 def test_a_trace_that_no_sensor_tells_is_no_structure_that_matters() -> None:
