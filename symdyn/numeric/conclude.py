@@ -18,7 +18,7 @@ from symdyn.numeric.free_form import fitted_of
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
-from symdyn.numeric.leftover import is_loud, leftover
+from symdyn.numeric.leftover import is_loud, leftover, variables
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.rounding import left_by_steps
@@ -57,9 +57,9 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     admitted = [admissible_residual(each, emitted.values) for each in (bench, judge)]
     beyond = beyond_noise(judge, emitted.values, admitted[1], unseen)
     remaining = leftover(
-        (admitted[0], _motion(bench)),
-        (admitted[1], _motion(judge)),
-        [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in case.joints],
+        (admitted[0], bench.motion),
+        (admitted[1], judge.motion),
+        variables(case.joints),
         dict(zip(case.joints, joint_errors(r_heldout, judge).tolist(), strict=True)),
         judge.samples_per_period,
         noise[1],
@@ -148,12 +148,6 @@ def specification(case: Case, final: Explanation) -> Robot:
             text = set_effect(text, revised.effect, revised.place, values, FOUND)
     file = case.robot.where.file if case.robot.where else case.robot.name
     return robot_from_text(text, file)
-
-
-def _motion(bench: Workbench) -> Array:
-    """(K, 3 n) position, speed and acceleration of the joints in the analysis band."""
-    o = bench.observation
-    return bench.bring(np.concatenate([o.q, o.qd, o.qdd], axis=1))
 
 
 def _absorbing(case: Case, final: Explanation) -> list[str]:

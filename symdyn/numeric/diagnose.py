@@ -12,7 +12,7 @@ from symdyn.base.errors import InputError
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
 from symdyn.numeric.conclude import conclude, specification
 from symdyn.numeric.excitation import unexcited
-from symdyn.numeric.explanation import LEVEL
+from symdyn.numeric.explanation import LEVEL, joint_errors
 from symdyn.numeric.few_waves import waves_instead, waves_of_rival
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, Rival
@@ -20,7 +20,7 @@ from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
 from symdyn.numeric.freed import numbers_of
 from symdyn.numeric.inquiry import Inquiry, estimates
 from symdyn.numeric.kinship import ready
-from symdyn.numeric.leftover import SHARE, slow_share
+from symdyn.numeric.leftover import SHARE, leftover, slow_share, variables
 from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.recording import Recording
@@ -42,6 +42,7 @@ from symdyn.numeric.skew import (
     tells_nearly_all,
     with_skew,
 )
+from symdyn.numeric.verdict import HOLDS, explained_share
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
@@ -97,22 +98,32 @@ def _diagnose(
     inquiry = held(Inquiry(setting, case, given, setting, case, given))
     if band is None:
         inquiry = below_steps(inquiry)
-    open_ = revisions(inquiry.setting)
+    open_, begun = revisions(inquiry.setting), inquiry
     _refuse_late_efforts(inquiry, progress)
-    inquiry = simplified(_searched(inquiry, open_, progress), progress)
-    if band is None:
-        inquiry = simplified(_widened(inquiry, progress), progress)
-    inquiry = proved(inquiry)
-    check_skew(inquiry.first, inquiry.given, inquiry.current)
-    before = inquiry
-    if put_right(inquiry.case, inquiry.current):
-        progress("the efforts are late or early: the search goes on with the clocks aligned")
-        inquiry = proved(aligned(proved(_searched(aligned(inquiry), open_, progress))))
+
+    before, inquiry = _explained(begun, open_, band is None, progress)
+    swinging = _filters(inquiry)
+    if swinging:
+        progress(f"without {' and '.join(swinging)}: it fits best, but not whole")
+        before, inquiry = _explained(_without_swinging(begun), open_, band is None, progress)
+        told = f"{' and '.join(swinging)} fits best, but not whole: it takes the place of something else"
+        inquiry = replace(inquiry, setting=replace(inquiry.setting, proposed=begun.setting.proposed)).noting(told)
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
     return conclude(inquiry, training.name, heldout.name)
+
+
+def _explained(begun: Inquiry, open_: Sequence[Revision], widen: bool, progress: Progress) -> tuple[Inquiry, Inquiry]:
+    """What was found; and before, if need be, clocks were aligned and the search went on. Raises BadRecording."""
+    found = simplified(_searched(begun, open_, progress), progress)
+    found = proved(simplified(_widened(found, progress), progress) if widen else found)
+    check_skew(found.first, found.given, found.current)
+    if not put_right(found.case, found.current):
+        return found, found
+    progress("the efforts are late or early: the search goes on with the clocks aligned")
+    return found, proved(aligned(proved(_searched(aligned(found), open_, progress))))
 
 
 def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:
@@ -143,6 +154,33 @@ def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -
             inquiry = forward(inquiry, open_, progress)
             places = _changed(before, inquiry)
     return inquiry
+
+
+def _filters(after: Inquiry) -> list[str]:
+    """Labels of what swings, where that leaves something that is no noise.
+
+    An inertia behind a spring tells all that it does. Something else that it resembles, it tells in part, and it
+    resembles much: with three numbers it is a filter.
+    """
+    case, current = after.case, after.current
+    swinging = [c.label for c, _ in current.found if c.swings]
+    if not swinging:
+        return []
+    left = leftover(
+        (current.training, case.bench.motion),
+        (current.heldout, case.judge.motion),
+        variables(case.joints),
+        dict(zip(case.joints, joint_errors(current.heldout, case.judge).tolist(), strict=True)),
+        case.judge.samples_per_period,
+    )
+    errors = after.first.errors(after.given), case.errors(current)
+    told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= HOLDS
+    return [] if told else swinging
+
+
+def _without_swinging(begun: Inquiry) -> Inquiry:
+    kept = tuple(c for c in begun.setting.proposed if not c.swings)
+    return replace(begun, setting=replace(begun.setting, proposed=kept))
 
 
 def _changed(before: Inquiry, after: Inquiry) -> frozenset[str]:

@@ -30,7 +30,7 @@ Data = tuple[Array, Array]  # residual (K, n) and variables (K, v)
 def leftover(
     training: Data,
     heldout: Data,
-    variables: Sequence[str],
+    names: Sequence[str],
     errors: Mapping[str, float],
     per_band: float,
     floor: Array | None = None,
@@ -39,8 +39,9 @@ def leftover(
 ) -> Remaining:
     """Learn the training residual as a free-form function of the motion; see what that predicts held out.
 
-    ``variables`` names the v columns, ``errors`` the n joints, with the held-out error of each, relative to its effort.
-    Every joint's equation is asked by itself: in an arm of six the noise of five would drown what the sixth lacks.
+    ``names`` are those of the v columns, ``errors`` of the n joints, with the held-out error of each, relative to its
+    effort. Every joint's equation is asked by itself: in an arm of six the noise of five would drown what the sixth
+    lacks.
     One variable at a time, and pairs of them where no single one tells: a curve or surface that predicts the
     residual of another recording is structure. Its joint, its share of the error's power, and the variables are
     reported. What no variable tells may still be no noise, and so may the rest beside one that tells a little:
@@ -51,15 +52,20 @@ def leftover(
     """
     slow = _slowest(heldout[0], errors, per_band, np.zeros(len(errors)) if floor is None else floor, known)
     loud = _loudest(training, heldout, beyond, errors)
-    single = [(j,) for j in range(len(variables))]
-    pairs = list(combinations(range(len(variables)), 2))
+    single = [(j,) for j in range(len(names))]
+    pairs = list(combinations(range(len(names)), 2))
     told = []
     for subsets, bins in ((single, BINS), (pairs, BINS_OF_PAIR), (single, FINE_BINS)):
         follows = _best(training, heldout, subsets, bins)
-        told.append(_at(follows, errors, " and ".join(variables[j] for j in follows.variables) or None))
+        told.append(_at(follows, errors, " and ".join(names[j] for j in follows.variables) or None))
         if told[-1].structured:
             return _beside(told[-1], slow, loud)
     return _beside(slow, loud) if slow else loud or told[0]
+
+
+def variables(joints: Sequence[str]) -> list[str]:
+    """Names of the columns of a workbench's motion."""
+    return [f"{what} of {joint}" for what in ("position", "speed", "acceleration") for joint in joints]
 
 
 @dataclass(frozen=True, slots=True)

@@ -163,6 +163,11 @@ class Workbench:
         span, fixed = self.span(names)
         return times(fixed, span.slopes(p, names, self.index))
 
+    @cached_property
+    def motion(self) -> Array:
+        """(K, 3 n) position, speed and acceleration of the joints in the analysis band."""
+        return self.bring(np.concatenate(self._motion, axis=1))
+
     def bring(self, values: Array) -> Array:
         """(N, ...) to (K, ...): into the analysis band, if there is one."""
         return values if self.band is None else self.band.bring(values, self.observation)
