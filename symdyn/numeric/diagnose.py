@@ -42,7 +42,7 @@ from symdyn.numeric.skew import (
     tells_nearly_all,
     with_skew,
 )
-from symdyn.numeric.verdict import HOLDS, explained_share
+from symdyn.numeric.verdict import explained_share
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
@@ -51,6 +51,7 @@ Progress = Callable[[str], None]
 
 FEW = 3  # effects that a delay is compared with
 QUICK = frozenset({Scan.ANGLE_ORDER, Scan.SPEED, Scan.DISPLACEMENT})  # of laws that may be quicker than a motion
+WHOLE = 0.999  # of the structured mismatch, that what swings tells with all the rest: all but 3 % of its size
 WIDER = 1.5  # times the band, from which on it is worth another search
 
 
@@ -174,7 +175,7 @@ def _filters(after: Inquiry) -> list[str]:
         case.judge.samples_per_period,
     )
     errors = after.first.errors(after.given), case.errors(current)
-    told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= HOLDS
+    told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= WHOLE
     return [] if told else swinging
 
 
