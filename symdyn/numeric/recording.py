@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symdyn.base.errors import BadRecording, InputError, Problem, Where
 from symdyn.numeric.recording_checks import check_channels
 from symdyn.numeric.recording_quality import check_sensors, quantisation_noise
+from symdyn.numeric.recording_repeats import check_repeats, fresh_rows, unwrapped
 from symdyn.numeric.recording_time import check_time, split_at_gaps
 from symdyn.numeric.tables import read_table
 from symdyn.numeric.tables.raw_table import RawTable
@@ -70,24 +71,29 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     """Read and check a recording.
 
     Raises BadRecording with every problem found in the numbers, each with the file, its line and its
-    column (codes SD501 to SD530), and InputError where the file or a column is not there. What is only
+    column (codes SD501 to SD532), and InputError where the file or a column is not there. What is only
     suspect stands in ``Recording.warnings``.
     """
     path = Path(path)
     _refuse_duplicates(channel_map)
     table = _table(path, (channel_map.time_column, *(channel.column for channel in channel_map.channels)))
-    time = table.values[channel_map.time_column] * channel_map.time_factor
     time_column = table.positions[channel_map.time_column]
+    rows, written = fresh_rows([table.values[channel.column] for channel in channel_map.channels])
+    time, lines = (table.values[channel_map.time_column] * channel_map.time_factor)[rows], table.lines[rows]
 
     def where(row: int | None = None, column: int | None = None) -> Where:
-        return Where(str(path), int(table.lines[row]) if row is not None else None, column)
+        return Where(str(path), int(lines[row]) if row is not None else None, column)
 
-    problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), table.lines)
+    problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), lines)
     if problems:
         raise BadRecording(problems)
     segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
-    measured = [(channel, _to_si(table.values[channel.column], channel)) for channel in channel_map.channels]
     places = {channel: Where(str(path), 1, table.positions[channel.column]) for channel in channel_map.channels}
+    measured, doubts = [], check_repeats(written, where(0, time_column))
+    for channel in channel_map.channels:
+        column, found = unwrapped(channel, table.values[channel.column][rows], places[channel])
+        measured.append((channel, _to_si(column, channel)))
+        doubts += found
     errors, warnings = check_channels(time, segments, measured, places)
     worse, more = check_sensors(time, segments, measured, places)
     if gap_errors or errors or worse:
@@ -99,7 +105,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
         channels=MappingProxyType({_key(channel): values for channel, values in measured}),
         sample_time=float(np.median(np.diff(time))),
         segments=segments,
-        warnings=(*gap_warnings, *warnings, *more),
+        warnings=(*gap_warnings, *doubts, *warnings, *more),
         sha256=table.sha256,
     )
 
