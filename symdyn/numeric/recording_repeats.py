@@ -35,9 +35,8 @@ def fresh_rows(columns: Sequence[Samples]) -> tuple[NDArray[np.int64], int]:
     if times < 2 or len(ordinary) < FEWEST or same.mean() < REPEATED or regular < REGULAR:
         return np.arange(count), 1
     since = np.arange(count) - np.repeat(starts, lengths)
-    return np.flatnonzero(
-        (since % times == 0) & (since < np.repeat(np.maximum(lengths - times // 2, 1), lengths))
-    ), times
+    ends = np.repeat(np.maximum(lengths - times // 2, 1), lengths)  # a run that is longer by one is no second sample
+    return np.flatnonzero((since % times == 0) & (since < ends)), times
 
 
 def check_repeats(times: int, where: Where) -> list[Problem]:
