@@ -94,7 +94,7 @@ def test_a_machine_that_rests_repeats_nothing(tmp_path: Path) -> None:
     """An exact standstill, with an encoder of steps and an effort that stays, between two motions."""
     q, tau = turning(1, amplitude=1.2)
     q, tau = np.round(q, 4), np.round(tau, 2)
-    q[3000:5000], tau[3000:5000] = q[3000], 0.5
+    q[3000:5000], tau[3000:5000] = q[3000], np.round(np.median(tau), 2)
     found = read(tmp_path, q, tau)
     assert codes(found) == []
     assert len(found.time) == len(TIME)
