@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 
-import numpy as np
-
-from benchmarks.recordings.rig import Rig, interleaved, position
+from benchmarks.recordings.rig import Rig, interleaved
 from symdyn.numeric.recording import Recording, read_recording
 from symdyn.spec.records import Robot
 
@@ -43,9 +39,7 @@ unit = "N m"
 
 def runs(robot: Robot, folder: Path) -> tuple[Recording, Recording]:
     assert robot.channels is not None
-    whole = read_recording(folder / "motor_cogging.csv.gz", robot.channels)
-    turns = {position("rotor"): np.unwrap(whole.channels[position("rotor")])}  # the counter starts again every turn
-    return interleaved(replace(whole, channels=MappingProxyType({**whole.channels, **turns})), 8)
+    return interleaved(read_recording(folder / "motor_cogging.csv.gz", robot.channels), 8)
 
 
 RIG = Rig(

@@ -86,7 +86,7 @@ def split_at_gaps(time: Samples, where: PlaceOfRow) -> tuple[Segments, list[Prob
     ordinary = steps[steps <= GAP_STEPS * median]
     if (jitter := float(np.mean(np.abs(ordinary - median))) / median) > JITTER:
         message = f"the clock jitters: steps of {median:.4g} s are off by {100 * jitter:.0f} % on average"
-        hint = "record with a steady clock; filters and derivatives take the steps for equal"
+        hint = "record with a steady clock; samples are brought to even steps as well as these times tell"
         (errors if jitter > WILD_JITTER else warnings).append(Problem("SD509", message, where(1), hint))
     if median > SLOWEST_STEP or median < FASTEST_STEP:
         unit = "ms" if median > SLOWEST_STEP else "s"
