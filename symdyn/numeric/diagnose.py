@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 from symdyn.base.errors import InputError
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
 from symdyn.numeric.conclude import conclude, specification
+from symdyn.numeric.confused import check_confused
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL, joint_errors
 from symdyn.numeric.few_waves import waves_instead, waves_of_rival
@@ -96,6 +97,7 @@ def _diagnose(
     setting = prepare(robot, training, heldout, progress, fixed)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
+    check_confused(setting, case, given)
     inquiry = held(Inquiry(setting, case, given, setting, case, given))
     if band is None:
         inquiry = below_steps(inquiry)

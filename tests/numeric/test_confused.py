@@ -1,0 +1,73 @@
+"""Signs and channels that were mistaken are told as that, and missing physics is not taken for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from symdyn.base.errors import BadRecording
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.confused import Channels, check_confused
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.findings import Verdict
+from symdyn.numeric.recording import Recording
+from symdyn.numeric.setting import prepare
+from symdyn.spec.records import Quantity, Side
+
+from .arm_of_two import ARM_OF_TWO, run
+from .pendulum import pendulum, record
+
+ARM = robot_from_text(ARM_OF_TWO, "two.toml")
+
+
+def mistaken(recording: Recording, change: Callable[[Channels], Channels]) -> Recording:
+    return replace(recording, channels=MappingProxyType(dict(change(recording.channels))))
+
+
+def turned(quantity: Quantity, joint: str) -> Callable[[Channels], Channels]:
+    return lambda channels: {
+        key: -values if key[:2] == (quantity, joint) else values for key, values in channels.items()
+    }
+
+
+def exchanged(channels: Channels) -> Channels:
+    keys = [(Quantity.EFFORT, joint, Side.LINK) for joint in ("one", "two")]
+    return {**channels, keys[0]: channels[keys[1]], keys[1]: channels[keys[0]]}
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (turned(Quantity.EFFORT, "one"), "the effort of 'one' has the other sign"),
+        (turned(Quantity.EFFORT, "two"), "the effort of 'two' has the other sign"),
+        (turned(Quantity.POSITION, "two"), "the position of 'two' has the other sign"),
+        (exchanged, "the efforts of 'one' and 'two' were taken for one another"),
+    ],
+)
+def test_a_mistake_is_told_with_its_channel(change: Callable[[Channels], Channels], told: str) -> None:
+    with pytest.raises(BadRecording) as caught:
+        diagnose(ARM, mistaken(run(1), change), mistaken(run(2), change))
+    (problem,) = caught.value.problems
+    assert problem.code == "SD533"
+    assert problem.message.startswith(told)
+
+
+@pytest.mark.parametrize(
+    "lacks", [{}, {"gain": 0.8}, {"rotor": 0.2}, {"by_load": 0.3}, {"shown": (1.0, 0.6)}, {"carried": (1.0, 0.1, 0.1)}]
+)
+def test_missing_physics_is_no_mistake(lacks: dict[str, object]) -> None:
+    recordings = [run(seed, **lacks) for seed in (1, 2)]  # type: ignore[arg-type]
+    setting = prepare(ARM, *recordings, lambda _: None)
+    case = setting.case(setting.given())
+    check_confused(setting, case, case.explain())
+
+
+def test_large_friction_of_a_pendulum_is_no_mistake() -> None:
+    runs = [record(seed, lambda t, q, v, a: 6.0 * np.sign(v)) for seed in (1, 2)]
+    told = diagnose(pendulum(), *runs)
+    assert (told.verdict, told.findings[0].effect) == (Verdict.MISSING_PHYSICS, "coulomb_friction")
+    assert told.before.heldout > 0.1
