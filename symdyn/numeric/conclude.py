@@ -34,6 +34,8 @@ from symdyn.spec.records import Robot
 Array = NDArray[np.float64]
 
 LITTLE = 0.1  # part of gravity: that much may be left where a weight is balanced
+ON_EARTH = (9.764, 9.834)  # m/s^2, the least and the most (Hirt et al. 2013)
+OFF = 0.01  # of it
 FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
 FOUND = "found by symdyn diagnose"
 
@@ -91,7 +93,17 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         after=after,
         per_joint={joint: Errors(float(a), float(b)) for joint, a, b in per_joint},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *told, *_weightless(first.robot, case, final), *_absorbing(case, final)))),
+        alarms=tuple(
+            dict.fromkeys(
+                (
+                    *alarms,
+                    *told,
+                    *_weightless(first.robot, case, final),
+                    *_unearthly(case, final),
+                    *_absorbing(case, final),
+                )
+            )
+        ),
         band=case.bench.band.cutoff if case.bench.band else 0.0,
         training=training,
         heldout=heldout,
@@ -180,6 +192,20 @@ def _weightless(given: Robot, case: Case, final: Explanation) -> list[str]:
     return [
         f"{100 * after / before:.0f} % of gravity is left: the arm is balanced, or its efforts leave its weight out; "
         f"where gravity is known to act, hold it (`--hold {GRAVITY}`): what carries the weight is looked for then"
+    ]
+
+
+def _unearthly(case: Case, final: Explanation) -> list[str]:
+    """Gravity of a size that is nowhere on Earth: its direction may be as told, its size stands for something else."""
+    names = [name for r in case.revised if r.effect == GRAVITY for name in r.names.values()]
+    told = case.model_parameters(final)
+    size = math.hypot(*(told[name].value for name in names))
+    error = math.hypot(*(told[name].se or 0.0 for name in names))
+    if not names or not all(abs(size - g) > max(FAR * error, OFF * g) for g in ON_EARTH):
+        return []
+    return [
+        f"no place on Earth has a gravity of {size:.4g} +- {error:.1g} m/s^2: lengths of the model, or masses that are "
+        "held, may be off by that"
     ]
 
 

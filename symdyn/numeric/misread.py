@@ -106,14 +106,17 @@ class Misread:
     def _tells_more(self, before: Inquiry, after: Inquiry) -> bool:
         """A limit leaves less effort to be explained, and of that, too, a smaller part must be unexplained.
 
-        A drive that is always at a limit of nothing would leave nothing, of noise too.
+        A drive that is always at a limit of nothing would leave nothing, of noise too. And a limit that is not reached
+        where it is judged was not seen there: it took off what was large in training, and let other numbers move.
         """
         if self.what != "limit":
             return True
         reading = after.setting.readings[self.joint]
         asked = np.abs(reading.effort_gain * before.origin.seen.tau[:, self.joint])
         left = [joint_errors(i.current.heldout, i.case.judge)[self.joint] for i in (before, after)]
-        return bool(np.mean(asked >= reading.limit) < ALWAYS and left[1] < left[0])
+        judged = self._setting(before.setting, np.inf).case(*before.band).judge.observation.tau[:, self.joint]
+        reached = np.any(np.abs(judged) >= reading.limit)
+        return bool(reached and np.mean(asked >= reading.limit) < ALWAYS and left[1] < left[0])
 
     def _setting(self, setting: Setting, value: float) -> Setting:
         readings = list(setting.readings)
