@@ -206,6 +206,16 @@ def test_gravity_that_no_place_on_earth_has_is_refused() -> None:
     assert not GravityVector().credible(vague)
 
 
+def test_gravity_of_no_place_on_earth_is_told_with_a_doubt() -> None:
+    """A forearm hung 10 % too near is one whose weight pulls less: no motion tells the two apart."""
+    short = robot_from_text(ARM_OF_TWO.replace('["q", 0, 0.4, 0]', '["q", 0, 0.3, 0]'), "two.toml")
+    told = diagnose(short, run(1), run(2))
+    (gravity,) = told.findings
+    assert gravity.effect == "gravity"
+    assert gravity.parameters["y"].value == pytest.approx(-GRAVITY * 0.3 / 0.4, rel=0.01)
+    assert any("no place on Earth has a gravity of 7.3" in alarm for alarm in told.alarms)
+
+
 @pytest.mark.slow
 def test_gravity_that_grew_out_of_bounds_beside_later_findings_is_taken_out_again(
     monkeypatch: pytest.MonkeyPatch,
@@ -295,6 +305,17 @@ def test_a_limit_is_fitted_again_beside_the_friction_that_is_found_after_it() ->
         told = finding.parameters[name]
         assert told.se is not None
         assert abs(told.value - true) < 4.0 * told.se < 0.02 * true
+
+
+def test_a_limit_that_the_judging_run_does_not_reach_was_not_seen() -> None:
+    """Pushes that were asked for and not given, in training alone: a limit there lets the parameters go where they
+    belong, and so helps everywhere.
+    """
+    pushed = record(1, lambda t, q, v, a: 25.0 * (np.mod(t, 4.0) < 0.4))
+    found = diagnose(pendulum(), pushed, record(2, amplitude=0.1))
+    assert "effort_saturation" not in [f.effect for f in found.findings]
+    there = diagnose(pendulum(), pushed, record(2, lambda t, q, v, a: 25.0 * (np.mod(t, 4.0) < 0.4)))
+    assert "effort_saturation" in [f.effect for f in there.findings]
 
 
 def test_readings_are_taken_back_and_those_of_the_model_are_known() -> None:
