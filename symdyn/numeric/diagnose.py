@@ -43,7 +43,7 @@ from symdyn.numeric.skew import (
     tells_nearly_all,
     with_skew,
 )
-from symdyn.numeric.verdict import explained_share
+from symdyn.numeric.verdict import explained_share, that_matters
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
@@ -103,7 +103,6 @@ def _diagnose(
         inquiry = below_steps(inquiry)
     open_, begun = revisions(inquiry.setting), inquiry
     _refuse_late_efforts(inquiry, progress)
-
     before, inquiry = _explained(begun, open_, band is None, progress)
     swinging = _filters(inquiry)
     if swinging:
@@ -176,6 +175,8 @@ def _filters(after: Inquiry) -> list[str]:
         dict(zip(case.joints, joint_errors(current.heldout, case.judge).tolist(), strict=True)),
         case.judge.samples_per_period,
     )
+    hidden = joint_errors(case.left_by_sampling(current), case.judge).tolist()
+    left = that_matters(left, after.findings, dict(zip(case.joints, hidden, strict=True)))
     errors = after.first.errors(after.given), case.errors(current)
     told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= WHOLE
     return [] if told else swinging
