@@ -14,6 +14,7 @@ from symdyn.base.errors import BadRecording, InputError, Problem, Where
 from symdyn.numeric.recording_checks import check_channels
 from symdyn.numeric.recording_quality import check_sensors, quantisation_noise
 from symdyn.numeric.recording_repeats import check_repeats, fresh_rows, unwrapped
+from symdyn.numeric.recording_spikes import without_spikes
 from symdyn.numeric.recording_time import check_time, split_at_gaps
 from symdyn.numeric.tables import read_table
 from symdyn.numeric.tables.raw_table import RawTable
@@ -71,7 +72,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     """Read and check a recording.
 
     Raises BadRecording with every problem found in the numbers, each with the file, its line and its
-    column (codes SD501 to SD532), and InputError where the file or a column is not there. What is only
+    column (codes SD501 to SD534), and InputError where the file or a column is not there. What is only
     suspect stands in ``Recording.warnings``.
     """
     path = Path(path)
@@ -91,9 +92,10 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     places = {channel: Where(str(path), 1, table.positions[channel.column]) for channel in channel_map.channels}
     measured, doubts = [], check_repeats(written, where(0, time_column))
     for channel in channel_map.channels:
-        column, found = unwrapped(channel, table.values[channel.column][rows], places[channel])
+        column, turns = unwrapped(channel, table.values[channel.column][rows], places[channel])
+        column, spikes = without_spikes(channel, column, segments, places[channel])
         measured.append((channel, _to_si(column, channel)))
-        doubts += found
+        doubts += (*turns, *spikes)
     errors, warnings = check_channels(time, segments, measured, places)
     worse, more = check_sensors(time, segments, measured, places)
     if gap_errors or errors or worse:
