@@ -28,7 +28,7 @@ from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
 from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
-from symdyn.numeric.runs import Runs, training_and_heldout
+from symdyn.numeric.runs import Runs, doubts, training_and_heldout
 from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import EARNS, TIE, Search, rank
 from symdyn.numeric.setting import prepare
@@ -81,9 +81,11 @@ def diagnose(
         if has_hidden_parts(robot, fitted):
             from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
-            return diagnose_hidden(robot, fitted, judge, progress, hold)
-        fixed = held_parameters(robot, fitted_parameters(robot), hold)
-        return _diagnose(robot, fitted, judge, band, fixed, progress)
+            found = diagnose_hidden(robot, fitted, judge, progress, hold)
+        else:
+            fixed = held_parameters(robot, fitted_parameters(robot), hold)
+            found = _diagnose(robot, fitted, judge, band, fixed, progress)
+    return replace(found, alarms=tuple(dict.fromkeys((*doubts(training, heldout), *found.alarms))))
 
 
 def _diagnose(

@@ -36,6 +36,12 @@ def training_and_heldout(training: Runs, heldout: Runs | None) -> tuple[Recordin
     return joined([fitted for fitted, _ in pairs]), joined([judge for _, judge in pairs])
 
 
+def doubts(*runs: Runs | None) -> list[str]:
+    """What is suspect about recordings, or was put right as they were read, each with the recording's name."""
+    each = [run for some in runs if some is not None for run in _listed(some)]
+    return [f"{run.name}: {warning.message}" for run in each for warning in run.warnings]
+
+
 def joined(runs: Sequence[Recording]) -> Recording:
     """One recording of several runs, each a segment (or more) of its own; later runs are moved in time behind earlier.
 

@@ -73,3 +73,4 @@ def test_lost_samples_are_no_physics(tmp_path: Path) -> None:
     told = diagnose(pendulum(), *runs)
     assert [finding.effect for finding in told.findings] == ["coulomb_friction"]
     assert not told.remaining.structured
+    assert sum("stand alone" in alarm for alarm in told.alarms) == 4  # two channels of two runs
