@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
 from symdyn.base.errors import Problem, Where
 from symdyn.numeric.recording_time import Samples, Segments
 from symdyn.spec.records import Channel, Quantity
 
 AROUND = 5  # samples whose median is what a sample should be near: it passes a jump, and two spikes
+AGREE = 0.25  # of that: the distance from it that three of the five have at most
 FAR = 20.0  # times what 99 of 100 samples are away from that
 LEAST = 0.02  # of the range that 98 of 100 samples have
 RARE = 0.002  # of the samples: what is more frequent is no mistake of a bus
@@ -22,19 +22,21 @@ def without_spikes(
     """The column with spikes replaced by what lies between their neighbours, and a warning (SD534) if it has any."""
     if channel.quantity not in SENSED:
         return column, []
-    away = np.zeros(len(column))
+    away, apart = np.zeros((2, len(column)))
     for part in segments:
         inner = slice(part.start + AROUND // 2, part.stop - AROUND // 2)  # an end has neighbours on one side alone
         if inner.stop > inner.start:
-            middle = ndimage.median_filter(column[part], AROUND)[AROUND // 2 : -(AROUND // 2)]
-            away[inner] = np.abs(column[inner] - middle)
+            near = np.lib.stride_tricks.sliding_window_view(column[part], AROUND)
+            off = np.abs(near - np.median(near, axis=1, keepdims=True))
+            away[inner], apart[inner] = off[:, AROUND // 2], np.sort(off, axis=1)[:, AROUND // 2]
     low, high = np.quantile(column, (0.01, 0.99))
-    spikes = away > max(FAR * float(np.quantile(away, 0.99)), LEAST * float(high - low))
+    agreed = apart < AGREE * away
+    spikes = agreed & (away > max(FAR * float(np.quantile(away, 0.99)), LEAST * float(high - low)))
     count = int(np.count_nonzero(spikes))
     if not 0 < count <= RARE * len(column) or high == low:
         return column, []
     good = np.flatnonzero(~spikes)
     message = f"{count} sample{'s' if count > 1 else ''} of '{channel.column}' stand{'s' if count == 1 else ''} alone"
-    message += f", by up to {float(away.max()):.3g} {channel.unit}" if channel.scale == 1.0 else ""
+    message += f", by up to {float(away[spikes].max()):.3g} {channel.unit}" if channel.scale == 1.0 else ""
     hint = "nothing: what lies between its neighbours was taken instead; or see what the sensor's bus loses"
     return np.interp(np.arange(len(column)), good, column[good]), [Problem("SD534", message, where, hint)]
