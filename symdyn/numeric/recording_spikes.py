@@ -9,7 +9,7 @@ from symdyn.numeric.recording_time import Samples, Segments
 from symdyn.spec.records import Channel, Quantity
 
 AROUND = 5  # samples whose median is what a sample should be near: it passes a jump, and two spikes
-AGREE = 0.25  # of that: the distance from it that three of the five have at most
+AGREE = 0.25  # of its distance from that, what three of the five have at most
 FAR = 20.0  # times what 99 of 100 samples are away from that
 LEAST = 0.02  # of the range that 98 of 100 samples have
 RARE = 0.002  # of the samples: what is more frequent is no mistake of a bus
