@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import is_loud, leftover, variables
 from symdyn.numeric.locate import Left, located
-from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.noise_floor import in_band, independent_samples, noise_density
 from symdyn.numeric.rounding import left_by_steps
 from symdyn.numeric.sizes import sizes
 from symdyn.numeric.skew import skew_left
@@ -79,6 +79,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     told += _even(beyond, case.joints, remaining)
     hidden = dict(zip(case.joints, _relative(unseen, judge).tolist(), strict=True))
     remaining = that_matters(remaining, findings, hidden)
+    groups = dict(zip(case.joints, map(rigid_group, case.robot.joints), strict=True))
     wrong, before = refuted(case, final, remaining), first.errors(given)
     verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
     if verdict is Verdict.UNEXPLAINED:
@@ -108,7 +109,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         training=training,
         heldout=heldout,
         traces=_traces((first.judge, given.fit.p), (judge, emitted.values), densities[1], tuple(case.joints)),
-        located=where_and_when(first, given),
+        located=_with_rest(where_and_when(first, given), remaining, judge, groups),
         noise_floor=_noise_floor(case, (bench, judge), noise),
     )
 
@@ -130,6 +131,19 @@ def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
     residuals = Left(*(admissible_residual(w, given.fit.p) * given.weight for w in (case.bench, case.judge)))
     groups = [rigid_group(joint) for joint in case.robot.joints]
     return located(case.bench, case.judge, fitted_of(case, given), residuals, groups)
+
+
+def _with_rest(
+    located: tuple[Located, ...], rest: Remaining, judge: Workbench, groups: Mapping[str, Sequence[str]]
+) -> tuple[Located, ...]:
+    """Where what is left is at a joint that nothing pointed at before: that one, too, by how much of it is no noise."""
+    if not rest.structured or rest.place is None or rest.place in {place.place for place in located}:
+        return located
+    told = min(rest.unlike_noise, 1.0 - 1e-9)
+    evidence = -0.5 * independent_samples(judge) * math.log1p(-told)
+    when = (rest.variable or ("slow" if rest.slow >= rest.beyond_noise else "quick"),)
+    found = Located(rest.place, tuple(groups[rest.place]), evidence, when)
+    return tuple(sorted((*located, found), key=lambda place: -place.evidence))
 
 
 def _noise_floor(case: Case, benches: Sequence[Workbench], noise: Sequence[Array]) -> NoiseFloor:

@@ -62,9 +62,10 @@ def conditions(
         _binned("speed", a.qd, b.qd),
         _binned("position", a.q, b.q),
         _binned("acceleration", a.qdd, b.qdd),
-        _binned("load", loads[0][:, j], loads[1][:, j]),
         Condition("time", _eighth(a, a), _eighth(b, a), 3 * EIGHTHS),
     ]
+    if np.any(bench.effort[:, j]):  # where nothing drives, what the model predicts is all that is left
+        found.insert(-1, _binned("load", loads[0][:, j], loads[1][:, j]))
     order = _order(a, residual, bench, j)
     if order is not None:
         found.append(Condition(f"angle order {order:.4g}", _phase(order, a.q), _phase(order, b.q), BINS))

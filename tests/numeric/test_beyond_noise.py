@@ -87,3 +87,9 @@ def test_what_is_as_even_as_noise_is_noted(robot: Robot) -> None:
     assert (told.verdict, told.findings) == (Verdict.COMPLETE, ())
     (note,) = [alarm for alarm in told.alarms if "filters its noise" in alarm]
     assert "what is left at arm is" in note
+
+
+def test_where_nothing_pointed_before_what_is_left_does(robot: Robot) -> None:
+    told = diagnose(robot, record(1, detents), record(2, detents))
+    assert [place.place for place in told.located] == ["arm"]
+    assert told.located[0].evidence > 0.0

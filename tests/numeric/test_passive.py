@@ -10,10 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.numeric.conditions import conditions
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Verdict
 from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.setting import prepare
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Quantity, Robot, Side
 
@@ -122,3 +124,16 @@ def test_inertia_of_a_passive_joint_and_its_slopes(robot: Robot) -> None:
     whole = 0.0065 + 0.25 * 0.3**2
     wanted = np.array([[0.0, 0.0, 0.0, 0.0], [0.3**2 / whole, 2 * 0.25 * 0.3 / whole, 1 / whole, 0.0]])
     assert bench.passive.slopes(p, names) == pytest.approx(wanted)
+
+
+def test_the_load_of_a_joint_that_nothing_drives_is_no_condition(robot: Robot) -> None:
+    """What the model predicts there is all that is left, so that it would tell itself."""
+    setting = prepare(robot, record(1), record(2), lambda _: None)
+    case = setting.case(5.0)
+    given = case.explain()
+    loads = case.bench.effort - given.training, case.judge.effort - given.heldout
+    told = {
+        joint: {c.name for c in conditions(case.bench, case.judge, case.joints, j, loads, given.training[:, j])}
+        for j, joint in enumerate(case.joints)
+    }
+    assert ["load" in names for names in told.values()] == [True, False]
