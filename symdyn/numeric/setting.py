@@ -140,8 +140,12 @@ def _can_be_told(candidate: Candidate, seen: Observation, joints: Sequence[str])
     """Not by a recording in which the joint stands, if it is a law in speed or distance.
 
     Nor where no effort acts, if it could take the place of gravity: then nothing would have a size, and no weight at
-    all would fit best.
+    all would fit best. What swings is told by an effort: of a joint that nothing drives only accelerations are left,
+    which are the noise of its positions.
     """
-    travel = float(np.ptp(seen.measured[:, joints.index(candidate.place.address)]))
+    joint = joints.index(candidate.place.address)
+    if candidate.swings and not np.any(seen.tau[:, joint]):
+        return False
+    travel = float(np.ptp(seen.measured[:, joint]))
     weightless = not np.any(seen.tau) and any(s.scan is Scan.ANGLE for s in candidate.shapes)
     return not weightless and (travel >= LEAST_TRAVEL or not candidate.shapes)
