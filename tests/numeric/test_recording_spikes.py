@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.base.errors import Where
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.recording_spikes import without_spikes
 from symdyn.spec.records import Channel, Quantity, Side
@@ -15,6 +16,7 @@ from .pendulum import pendulum
 from .test_recording_repeats import TIME, Array, read, turning
 
 WHOLE = (slice(0, len(TIME)),)
+HERE = Where("run.csv", 1, 2)
 
 
 def channel(quantity: Quantity, unit: str) -> Channel:
@@ -30,7 +32,7 @@ def test_spikes_are_replaced_by_what_is_around_them(size: float) -> None:
     q = turning(1, amplitude=1.2)[0]
     shown, at = q.copy(), spikes(3)
     shown[at] += size
-    mended, (problem,) = without_spikes(channel(Quantity.POSITION, "rad"), shown, WHOLE, None)  # type: ignore[arg-type]
+    mended, (problem,) = without_spikes(channel(Quantity.POSITION, "rad"), shown, WHOLE, HERE)
     assert problem.code == "SD534"
     assert problem.message.startswith("5 samples of 'x' stand alone")
     assert mended == pytest.approx(q, abs=1e-3)
@@ -50,7 +52,7 @@ def test_spikes_are_replaced_by_what_is_around_them(size: float) -> None:
 )
 def test_what_a_machine_does_is_no_spike(signal: Array) -> None:
     for quantity in (Quantity.EFFORT, Quantity.VELOCITY):
-        kept, problems = without_spikes(channel(quantity, "N m"), signal, WHOLE, None)  # type: ignore[arg-type]
+        kept, problems = without_spikes(channel(quantity, "N m"), signal, WHOLE, HERE)
         assert problems == []
         assert kept is signal
 
@@ -59,7 +61,7 @@ def test_a_voltage_may_jump(tmp_path: Path) -> None:
     pulses = np.zeros(len(TIME))
     pulses[spikes(1)] = 24.0
     pulses += np.sin(TIME)
-    assert without_spikes(channel(Quantity.VOLTAGE, "V"), pulses, WHOLE, None)[1] == []  # type: ignore[arg-type]
+    assert without_spikes(channel(Quantity.VOLTAGE, "V"), pulses, WHOLE, HERE)[1] == []
 
 
 def test_lost_samples_are_no_physics(tmp_path: Path) -> None:
