@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from symdyn.numeric.observation import Observation, low_pass
+from symdyn.numeric.observation import Observation, is_cut, low_pass
+from symdyn.numeric.position_spectrum import WHOLE
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ def sound(observation: Observation) -> tuple[slice, ...]:
 
     At most an eighth at either end: of a joint that hardly moves the filter would take everything.
     """
-    filtered = observation.cutoff < 0.4 * observation.rate
+    filtered = is_cut(observation.rate, observation.cutoff)
     settled = int(np.ceil(TRANSIENT * observation.rate / observation.cutoff)) if filtered else 0
     ends = [min(settled, (part.stop - part.start) // 8) for part in observation.segments]
     return tuple(slice(p.start + end, p.stop - end) for p, end in zip(observation.segments, ends, strict=True))
@@ -78,5 +79,5 @@ def analysis_band(residual: Array, observation: Observation, limit: float | None
 
 def band_of(cutoff: float, rate: float) -> Band:
     """The band with a given edge in Hz."""
-    cutoff = min(cutoff, 0.4 * rate)
+    cutoff = min(cutoff, WHOLE * rate)
     return Band(cutoff, max(1, int(rate / (SAMPLES_PER_PERIOD * cutoff))))

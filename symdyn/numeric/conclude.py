@@ -9,34 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.compiler import parametric_kernel, robot_from_text
-from symdyn.numeric.beyond_noise import Beyond, beyond_noise
-from symdyn.numeric.candidates import GRAVITY, bounds
-from symdyn.numeric.explanation import SPREAD, Case, Explanation, joint_errors
+from symdyn.numeric.alarms import absorbing, even, unearthly, weightless
+from symdyn.numeric.beyond_noise import beyond_noise
+from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.free_form import fitted_of
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
-from symdyn.numeric.leftover import is_loud, leftover, variables
+from symdyn.numeric.leftover import leftover, variables
 from symdyn.numeric.locate import Left, located
 from symdyn.numeric.noise_floor import in_band, independent_samples, noise_density
 from symdyn.numeric.rounding import left_by_steps
-from symdyn.numeric.sizes import sizes
 from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
-from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 
-LITTLE = 0.1  # part of gravity: that much may be left where a weight is balanced
-ON_EARTH = (9.764, 9.834)  # m/s^2, the least and the most (Hirt et al. 2013)
-OFF = 0.01  # of it
-FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
 FOUND = "found by symdyn diagnose"
 
 
@@ -76,7 +70,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         if not remaining.structured:
             size = math.sqrt(skew.share) * after.heldout
             remaining = Remaining(after.heldout, True, skew.share, "lateness of the efforts", skew.p_value, size)
-    told += _even(beyond, case.joints, remaining)
+    told += even(beyond, case.joints, remaining)
     hidden = dict(zip(case.joints, _relative(unseen, judge).tolist(), strict=True))
     remaining = that_matters(remaining, findings, hidden)
     groups = dict(zip(case.joints, map(rigid_group, case.robot.joints), strict=True))
@@ -84,6 +78,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     verdict = verdict_of(findings, remaining, before, after, HOLDS if wrong else EXPLAINED)
     if verdict is Verdict.UNEXPLAINED:
         told += [f"the law of {x} does not hold: what is left follows the {remaining.variable}" for x in wrong]
+    told += [*weightless(first.robot, case, final), *unearthly(case, final), *absorbing(case, final)]
     return Diagnosis(
         verdict=verdict,
         robot=first.robot,
@@ -94,17 +89,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         after=after,
         per_joint={joint: Errors(float(a), float(b)) for joint, a, b in per_joint},
         remaining=remaining,
-        alarms=tuple(
-            dict.fromkeys(
-                (
-                    *alarms,
-                    *told,
-                    *_weightless(first.robot, case, final),
-                    *_unearthly(case, final),
-                    *_absorbing(case, final),
-                )
-            )
-        ),
+        alarms=tuple(dict.fromkeys((*alarms, *told))),
         band=case.bench.band.cutoff if case.bench.band else 0.0,
         training=training,
         heldout=heldout,
@@ -112,18 +97,6 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         located=_with_rest(where_and_when(first, given), remaining, judge, groups),
         noise_floor=_noise_floor(case, (bench, judge), noise),
     )
-
-
-def _even(beyond: Sequence[Beyond], joints: Sequence[str], remaining: Remaining) -> list[str]:
-    """What is more than noise, and as even as noise: a recording cannot say which it is."""
-    if remaining.structured:
-        return []
-    return [
-        f"what is left at {joint} is {of.times:.2g} times what the sensors' noise at higher frequencies would leave, "
-        "and the same wherever the machine is: a sensor that filters its noise, or a disturbance from outside"
-        for joint, of in zip(joints, beyond, strict=True)
-        if is_loud(of, len(beyond))
-    ]
 
 
 def where_and_when(case: Case, given: Explanation) -> tuple[Located, ...]:
@@ -174,53 +147,6 @@ def specification(case: Case, final: Explanation) -> Robot:
             text = set_effect(text, revised.effect, revised.place, values, FOUND)
     file = case.robot.where.file if case.robot.where else case.robot.name
     return robot_from_text(text, file)
-
-
-def _absorbing(case: Case, final: Explanation) -> list[str]:
-    """Parameters that ran to a bound, or far from the model's value: they are taking up structure that it lacks.
-
-    Of all values that a recording cannot tell apart, a fit takes those nearest to the model's. Where those are far,
-    no near ones would do.
-    """
-    limits, known, told = bounds(case.robot), sizes(case.robot), []
-    for name, estimate in case.model_parameters(final).items():
-        value, given = estimate.value, float(case.bench.kernel.values[case.bench.index[name]])
-        if name in limits and value <= limits[name][0]:
-            told.append(f"{name} ran to its lower bound {limits[name][0]:.3g}: it may be absorbing missing structure")
-        elif name not in case.unknown and abs(value - given) > FAR * SPREAD * known.get(name, abs(given)) > 0.0:
-            told.append(f"{name} went from {given:.3g} to {value:.3g}: it may be absorbing missing structure")
-    for candidate, _ in final.found:
-        for schema in case.bounded(candidate, final):
-            told.append(f"{schema.name} of {candidate.label} ran to its bound: it may be absorbing missing structure")
-    return told
-
-
-def _weightless(given: Robot, case: Case, final: Explanation) -> list[str]:
-    """Gravity that all but vanished: what was found says so of the arm's own weight, not of what it carries."""
-    names = [name for r in case.revised if r.effect == GRAVITY for name in r.names.values()]
-    numbers = {p.name: p.value for p in given.parameters}
-    before = math.hypot(*(value_of(m, numbers) or 0.0 for m in given.gravity))
-    after = math.hypot(*(float(final.fit.p[case.bench.index[name]]) for name in names))
-    if not names or not after < LITTLE * before:
-        return []
-    return [
-        f"{100 * after / before:.0f} % of gravity is left: the arm is balanced, or its efforts leave its weight out; "
-        f"where gravity is known to act, hold it (`--hold {GRAVITY}`): what carries the weight is looked for then"
-    ]
-
-
-def _unearthly(case: Case, final: Explanation) -> list[str]:
-    """Gravity of a size that is nowhere on Earth: its direction may be as told, its size stands for something else."""
-    names = [name for r in case.revised if r.effect == GRAVITY for name in r.names.values()]
-    told = case.model_parameters(final)
-    size = math.hypot(*(told[name].value for name in names))
-    error = math.hypot(*(told[name].se or 0.0 for name in names))
-    if not names or not all(abs(size - g) > max(FAR * error, OFF * g) for g in ON_EARTH):
-        return []
-    return [
-        f"no place on Earth has a gravity of {size:.4g} +- {error:.1g} m/s^2: lengths of the model, or masses that are "
-        "held, may be off by that"
-    ]
 
 
 def _traces(

@@ -52,7 +52,7 @@ Progress = Callable[[str], None]
 
 FEW = 3  # effects that a delay is compared with
 QUICK = frozenset({Scan.ANGLE_ORDER, Scan.SPEED, Scan.DISPLACEMENT})  # of laws that may be quicker than a motion
-WHOLE = 0.999  # of the structured mismatch, that what swings tells with all the rest: all but 3 % of its size
+TELLS_ALL = 0.999  # of the structured mismatch, that what swings tells with all the rest: all but 3 % of its size
 WIDER = 1.5  # times the band, from which on it is worth another search
 
 
@@ -180,7 +180,7 @@ def _filters(after: Inquiry) -> list[str]:
     hidden = joint_errors(case.left_by_sampling(current), case.judge).tolist()
     left = that_matters(left, after.findings, dict(zip(case.joints, hidden, strict=True)))
     errors = after.first.errors(after.given), case.errors(current)
-    told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= WHOLE
+    told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= TELLS_ALL
     return [] if told else swinging
 
 

@@ -16,6 +16,7 @@ from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameter
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.laws import Known, Laws
 from symdyn.numeric.observation import Observation, observe
+from symdyn.numeric.position_spectrum import WHOLE
 from symdyn.numeric.probe import Key, Probe, probes
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
@@ -96,7 +97,7 @@ class Setting:
         """Edge (Hz) of the band that holds what an explanation leaves."""
         whole = self.whole
         case, seen = Case(self.robot, whole, whole, self.own), whole.bench.observation
-        return analysis_band(case.residual(whole, current), seen, 0.4 * seen.rate).cutoff
+        return analysis_band(case.residual(whole, current), seen, WHOLE * seen.rate).cutoff
 
     def _laws(self, training: bool, cutoff: float, room: float) -> Laws:
         key = "training" if training else "heldout", room

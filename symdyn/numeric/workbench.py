@@ -13,6 +13,7 @@ from symdyn.numeric.band import Band
 from symdyn.numeric.memory import remembered
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.passive import Passive
+from symdyn.numeric.position_spectrum import WHOLE
 from symdyn.numeric.regression import times, without
 from symdyn.numeric.rest import MOSTLY, touched, turning
 from symdyn.numeric.span import Span, find_span
@@ -181,4 +182,4 @@ class Workbench:
     @property
     def edge(self) -> float:
         """Of the analysis band, in Hz."""
-        return self.band.cutoff if self.band else 0.4 * self.observation.rate
+        return self.band.cutoff if self.band else WHOLE * self.observation.rate
