@@ -67,7 +67,7 @@ class Axis(Machine):
         angle = faulty(seen, self.fault_of(planted, "j1.position"))[every] / RACK
         effort = faulty(force, self.fault_of(planted, "effort"))[every]
         columns = {"x1": RACK * encoder(angle, sensors), "y1": analogue(effort, FORCE, sensors, rng)}
-        return Recorded(CONTROL * sensors.stride, columns)
+        return Recorded.even(CONTROL * sensors.stride, columns)
 
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
         gone = {part for plant in planted for part in plant.omitted}
@@ -86,6 +86,7 @@ def simulate(mass, p, limit, reference, speeds, noise, steps):
     count = len(reference)
     x, v = reference[0], speeds[0]
     z, z_mid = np.zeros(laws.STATES), np.zeros(laws.STATES)
+    z[laws.LOAD_SPEED] = v
     dry, forwards, backwards, after = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1)
     mobility = np.zeros((1, 1))
     total, last, filtered, before = 0.0, x, v, 0.0

@@ -9,10 +9,11 @@ from functools import cached_property
 from itertools import product
 
 from benchmarks.blind.axis import Axis
+from benchmarks.blind.blemishes import BLEMISHES, REFUSED, blemish
 from benchmarks.blind.drive import RigidDrive, SeedDrive
-from benchmarks.blind.effects import MOVING, Draw
+from benchmarks.blind.effects import ELASTIC, MOVING, Draw
 from benchmarks.blind.faults import ARM, CIRCUIT, MISSING_SHAFT, SHAFT, TACHO, WHOLE
-from benchmarks.blind.machine import Machine
+from benchmarks.blind.machine import Machine, Recorded
 from benchmarks.blind.motions import rng_of
 from benchmarks.blind.planting import Planted
 from benchmarks.blind.sensors import LEVELS
@@ -21,12 +22,14 @@ from benchmarks.blind.two_link import TwoLink
 from benchmarks.blind.unknown import UNKNOWN
 
 MACHINES: Mapping[str, Machine] = {m.name: m for m in (Axis(), TwoLink(), SixJoint(), RigidDrive(), SeedDrive())}
-DRAWS: Mapping[str, Draw] = {**MOVING, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **TACHO, **UNKNOWN}
+DRAWS: Mapping[str, Draw] = {
+    **MOVING, **ELASTIC, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **TACHO, **UNKNOWN,
+}  # fmt: skip
 OFF = 0.3  # the largest relative error of a parameter that is handed over
 SPREAD = 0.15  # of the true ones, from case to case
 NULLS = {"axis": 20, "two-link": 60, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50}  # at the middle level
 PAIRS = {"axis": 12, "two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16}
-GROUPS = ("null", "single", "pair", "unknown")
+GROUPS = ("null", "single", "pair", "unknown", "recording")
 
 _ARM_ONLY = ("counterbalance", "load_dependent")
 _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, and told, at a place
@@ -35,12 +38,13 @@ _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, an
         *(k for k in MOVING if k not in ("added_inertia", "counterbalance", "unbalance")),
         "encoder_steps",
         "effort_limit",
+        *ELASTIC,
     ),
     ("axis", ""): ("late_efforts",),
     # The inertia of joint 1 takes up what is added to it; on link 2 gravity does not turn with the joint's angle.
     # Its effort is measured: a limit ahead of that would be none of its physics.
-    ("two-link", "j1"): tuple(k for k in (*MOVING, *ARM) if k not in ("added_inertia", "effort_limit")),
-    ("two-link", "j2"): tuple(k for k in (*MOVING, *ARM) if k not in ("unbalance", "effort_limit")),
+    ("two-link", "j1"): tuple(k for k in (*MOVING, *ARM, *ELASTIC) if k not in ("added_inertia", "effort_limit")),
+    ("two-link", "j2"): tuple(k for k in (*MOVING, *ARM, *ELASTIC) if k not in ("unbalance", "effort_limit")),
     ("two-link", ""): tuple(WHOLE),
     ("six-joint", ""): tuple(WHOLE),
     ("rigid-drive", "j1.motor"): tuple(k for k in MOVING if k not in ("added_inertia", *_ARM_ONLY)) + tuple(TACHO),
@@ -56,7 +60,7 @@ _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, an
     ("seed-drive", "j1.circuit"): tuple(CIRCUIT),
 }
 # On a wrist the centre of mass and the inertia of the motor take up what unbalance and added inertia would show.
-_SIX = tuple(k for k in MOVING if k not in ("added_inertia", "unbalance")) + tuple(ARM)
+_SIX = (*(k for k in MOVING if k not in ("added_inertia", "unbalance")), *ARM, *ELASTIC)
 # What shows in the weight of the arm alone is concealed where there is some.
 _LOADED = ("encoder_offset", "encoder_gain", "load_dependent", "effort_limit")
 _SIX_AT = {kind: ("j2", "j3") if kind in _LOADED else tuple(f"j{i}" for i in range(1, 7)) for kind in _SIX}
@@ -88,6 +92,9 @@ class Case:
         machine = MACHINES[self.machine]
         found = []
         for kind, address in self.kinds:
+            if kind in BLEMISHES:
+                found.append(blemish(kind))
+                continue
             place = machine.place(address) if address else machine.places[0]
             plant = DRAWS[kind](rng_of("size", kind, address, self.machine, self.seed), place)
             found.append(replace(plant, also_at=(*plant.also_at, *place.same_as)))
@@ -112,7 +119,7 @@ class Case:
 
 def all_cases() -> list[Case]:
     """Every case, in the order in which they are run."""
-    found = [*_nulls(), *_singles(), *_pairs(), *_unknowns()]
+    found = [*_nulls(), *_singles(), *_pairs(), *_unknowns(), *_recordings()]
     assert len({case.id for case in found}) == len(found)
     return sorted(found, key=lambda case: case.lot)
 
@@ -144,16 +151,20 @@ def _pairs() -> Iterator[Case]:
 def _two(machine: str, level: str, seed: int) -> tuple[tuple[str, str], ...]:
     """Two effects of different kinds; at one place only where neither takes the other's friction away."""
     rng = rng_of("pair", machine, level, seed)
-    if machine == "six-joint":
-        open_ = [(kind, place) for kind, places in _SIX_AT.items() for place in places]
-    else:
-        open_ = [(kind, place) for (name, place), kinds in _KINDS.items() for kind in kinds if name == machine]
+    open_ = [found for found in _open(machine) if found[0] not in ELASTIC]  # added later: no other pair may change
     while True:
         first, second = (open_[i] for i in rng.choice(len(open_), 2, replace=False))
         planted = Case(machine, "pair", (first, second), level, seed).planted
         clash = {plant.replaces for plant in planted} if first[1] == second[1] else set()
         if first[0] != second[0] and (len(clash) != 1 or clash == {""}):
             return first, second
+
+
+def _open(machine: str) -> list[tuple[str, str]]:
+    """(kind, place): all that can be planted in a machine."""
+    if machine == "six-joint":
+        return [(kind, place) for kind, places in _SIX_AT.items() for place in places]
+    return [(kind, place) for (name, place), kinds in _KINDS.items() for kind in kinds if name == machine]
 
 
 def _unknowns() -> Iterator[Case]:
@@ -167,11 +178,30 @@ def _unknowns() -> Iterator[Case]:
             yield Case(machine, "unknown", ((kind, place),), level, 0)
 
 
+def _recordings() -> Iterator[Case]:
+    """Faults of recordings: those that can be mended with nothing else concealed, and beside an effect."""
+    without = {"axis": ("turned_angles", "exchanged_efforts", "degrees")}  # of which it has none
+    for machine, level, kind in product(("axis", "two-link", "six-joint"), LEVELS, BLEMISHES):
+        if kind in without.get(machine, ()):
+            continue
+        yield Case(machine, "recording", ((kind, ""),), level, 0)
+        if kind not in REFUSED:
+            open_ = [found for found in _open(machine) if found[0] not in WHOLE]
+            other = open_[rng_of("beside", kind, machine, level).integers(len(open_))]
+            yield Case(machine, "recording", ((kind, ""), other), level, 1)
+
+
 def recordings(case: Case) -> tuple[str, str]:
     """The training and the held-out run as CSV."""
-    machine = MACHINES[case.machine]
-    train, judge = (machine.record(case.planted, case.true, run, case.level, case.seed) for run in (0, 1))
-    return train.csv(), judge.csv()
+    return _recording(case, 0).csv(), _recording(case, 1).csv()
+
+
+def _recording(case: Case, run: int) -> Recorded:
+    shown = MACHINES[case.machine].record(case.planted, case.true, run, case.level, case.seed)
+    for plant in case.planted:
+        if plant.blemish:
+            shown = BLEMISHES[plant.kind](rng_of("blemish", case.id, run), shown)
+    return shown
 
 
 def model(case: Case) -> str:

@@ -92,7 +92,7 @@ class Drive(Machine):
             "w": analogue(volts[every], TACHO, sensors, rng),
             "z": encoder(load[every] + sensors.encoder_noise * rng.standard_normal(len(load))[every], sensors),
         }
-        return Recorded(CONTROL * sensors.stride, {name: columns[name] for name in self.shown(seed)})
+        return Recorded.even(CONTROL * sensors.stride, {name: columns[name] for name in self.shown(seed)})
 
     @staticmethod
     def shown(seed: int) -> str:

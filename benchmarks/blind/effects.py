@@ -181,6 +181,15 @@ def added_inertia(rng: np.random.Generator, place: Place) -> Planted:
     return _planted("added_inertia", place, {"added_inertia": inertia}, {"added_inertia": {"inertia": inertia}})
 
 
+def elastic_load(rng: np.random.Generator, place: Place) -> Planted:
+    """An inertia behind a spring and a damper: it swings where the motion is quick enough."""
+    inertia = place.force * place.reach / place.speed**2 * rng.uniform(0.7, 1.5)
+    frequency, damping = 2.0 * math.pi * rng.uniform(1.2, 3.0), rng.uniform(0.02, 0.1)
+    row = {"load_inertia": inertia, "load_frequency": frequency, "load_damping": damping}
+    values = {"inertia": inertia, "frequency": frequency, "damping_ratio": damping}
+    return _planted("elastic_load", place, row, {"elastic_load": values})
+
+
 MOVING: dict[str, Draw] = {
     draw.__name__: draw
     for draw in (
@@ -188,3 +197,4 @@ MOVING: dict[str, Draw] = {
         quadratic_drag, load_dependent, ripple, offset, spring, hardening, counterbalance, unbalance, added_inertia,
     )
 }  # fmt: skip
+ELASTIC: dict[str, Draw] = {"elastic_load": elastic_load}

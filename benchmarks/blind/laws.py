@@ -49,6 +49,9 @@ NAMES = (
     "warm_scale",
     "warm_capacity",
     "warm_resistance",
+    "load_inertia",  # behind a spring and a damper
+    "load_frequency",  # rad/s, of that while the coordinate is held
+    "load_damping",  # a share of the critical one
     # Laws that no catalogue is expected to hold.
     "product",  # -a v (1 + cos(n x))/2: magnetic drag under some poles only
     "product_order",
@@ -70,15 +73,16 @@ NAMES = (
 )
 COLUMN = {name: k for k, name in enumerate(NAMES)}
 WIDTH = len(NAMES)
-STATES = 4  # bristles of LuGre and of Dahl, Bouc-Wen's loop, temperature
+STATES = 6  # bristles of LuGre and of Dahl, Bouc-Wen's loop, temperature; twist before an elastic load, its speed
+LOAD_SPEED = 5
 
 (
     VISCOUS, VISCOUS_DIFFERENCE, QUADRATIC, LEVEL_P, LEVEL_N, EXCESS, STRIBECK_V, LOAD_MU, OFFSET, SPRING, SPRING_REST,
     CUBIC, BALANCE_K, BALANCE_ANCHOR, BALANCE_ARM, BALANCE_FREE, BALANCE_CENTRE, RIPPLE_C, RIPPLE_S, RIPPLE_N,
     UNBALANCE, UNBALANCE_PHASE, ADDED_INERTIA, LUGRE_K, LUGRE_D, LUGRE_LEVEL, LUGRE_EXCESS, LUGRE_V, DAHL_K, DAHL_LEVEL,
-    LOOP_LEVEL, LOOP_YIELD, LOOP_SHAPE, WARM, WARM_SCALE, WARM_CAPACITY, WARM_RESISTANCE, PRODUCT, PRODUCT_N, EDDY,
-    EDDY_V, STICKY, STICKY_X, STICKY_W, PULSE, PULSE_T, PULSE_W, PUMPED, PUMPED_F, PUMPED_REST, CHOKE, CHOKE_V, HUM,
-    HUM_F,
+    LOOP_LEVEL, LOOP_YIELD, LOOP_SHAPE, WARM, WARM_SCALE, WARM_CAPACITY, WARM_RESISTANCE, LOAD_J, LOAD_W,
+    LOAD_ZETA, PRODUCT, PRODUCT_N, EDDY, EDDY_V, STICKY, STICKY_X, STICKY_W, PULSE, PULSE_T, PULSE_W, PUMPED, PUMPED_F,
+    PUMPED_REST, CHOKE, CHOKE_V, HUM, HUM_F,
 ) = range(WIDTH)  # fmt: skip
 
 
@@ -109,6 +113,8 @@ def smooth_force(p, x, v, t, z):
     force -= p[DAHL_K] * z[1] + p[LOOP_LEVEL] * z[2]
     if p[WARM] != 0.0:
         force -= p[WARM] * math.exp(-z[3] / p[WARM_SCALE]) * v
+    if p[LOAD_J] != 0.0:
+        force -= p[LOAD_J] * _load_acceleration(p, v, z[4], z[5])
     return force + uncatalogued(p, x, v, t)
 
 
@@ -146,8 +152,8 @@ def lugre_level(p, v):
 
 @njit(cache=True)
 def advance_states(p, v, z, h, out):
-    """The hidden states a time ``h`` later, at a constant speed: exact for bristles and heat, midpoint for the loop."""
-    out[0] = out[1] = out[2] = out[3] = 0.0
+    """The hidden states a time ``h`` later, at a constant speed: exact for bristles and heat, midpoint for the rest."""
+    out[:] = 0.0
     if p[LUGRE_K] != 0.0:
         out[0] = _bristle(z[0], v, p[LUGRE_K] / lugre_level(p, v), h)
     if p[DAHL_K] != 0.0:
@@ -159,6 +165,16 @@ def advance_states(p, v, z, h, out):
         heat = p[WARM] * math.exp(-z[3] / p[WARM_SCALE]) * v * v
         settled = heat * p[WARM_RESISTANCE]
         out[3] = settled + (z[3] - settled) * math.exp(-h / (p[WARM_RESISTANCE] * p[WARM_CAPACITY]))
+    if p[LOAD_J] != 0.0:
+        twist = z[4] + 0.5 * h * (v - z[5])
+        speed = z[5] + 0.5 * h * _load_acceleration(p, v, z[4], z[5])
+        out[4] = z[4] + h * (v - speed)
+        out[5] = z[5] + h * _load_acceleration(p, v, twist, speed)
+
+
+@njit(cache=True)
+def _load_acceleration(p, v, twist, speed):
+    return p[LOAD_W] * (p[LOAD_W] * twist + 2.0 * p[LOAD_ZETA] * (v - speed))
 
 
 @njit(cache=True)

@@ -32,17 +32,22 @@ class Place:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Columns that a sensor showed, one row per ``sample_time`` s."""
+    """Columns that sensors showed at the instants ``time`` (s)."""
 
-    sample_time: float
+    time: np.ndarray
     columns: Mapping[str, np.ndarray]
+
+    @classmethod
+    def even(cls, sample_time: float, columns: Mapping[str, np.ndarray]) -> Recorded:
+        """Columns with one row per ``sample_time`` s."""
+        return cls(sample_time * np.arange(len(next(iter(columns.values())))), columns)
 
     def csv(self) -> str:
         names = list(self.columns)
         table = np.column_stack([self.columns[name] for name in names])
-        time = self.sample_time * np.arange(len(table))
         lines = [",".join(("t", *names))]
-        lines += [f"{t:.4f}," + ",".join(f"{value:.7g}" for value in row) for t, row in zip(time, table, strict=True)]
+        rows = zip(self.time, table, strict=True)
+        lines += [f"{t:.6f}," + ",".join(f"{value:.7g}" for value in row) for t, row in rows]
         return "\n".join(lines) + "\n"
 
 

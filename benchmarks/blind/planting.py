@@ -32,6 +32,7 @@ class Planted:
     also_at: tuple[str, ...] = ()  # addresses that name the same coordinate
     problems: tuple[str, ...] = ()  # codes of what a tool may refuse the recording for instead
     scored: Mapping[str, float] | None = None  # where a recording cannot tell the first form's values one by one
+    blemish: bool = False  # of the recording alone: refused for its problems, or without any lived with
 
     @property
     def known(self) -> bool:

@@ -74,9 +74,7 @@ def _wrong_table(cases: Sequence[Scored]) -> str:
     lines = ["| case | answer | to find | left |", "| --- | --- | ---: | ---: |"]
     for case in cases:
         one = case.score
-        right = all(effect.named and effect.placed for effect in one.effects) and not one.extra
-        fine = {"null": not one.alarm, "unknown": one.told}.get(case.group, right)
-        if not fine and one.answered:
+        if not case.right and one.answered:
             labels = "; ".join(f"{effect.kind}: {effect.label}" for effect in one.effects)
             more = f"; {one.extra} more" if one.extra else ""
             lines.append(

@@ -49,7 +49,11 @@ class Score:
 def score(
     planted: Sequence[Mapping[str, Any]], answer: Mapping[str, Any] | None, oracle: float | None, seconds: float
 ) -> Score:
-    """``planted`` as in the record of a case; ``answer`` the tool's JSON, None where there is none."""
+    """``planted`` as in the record of a case; ``answer`` the tool's JSON, None where there is none.
+
+    A blemish that the tool has to live with is no effect: the answer must be that of a sound recording.
+    """
+    planted = [plant for plant in planted if plant["problems"] or not plant["blemish"]]  # nothing to say of the others
     if answer is None:
         effects = tuple(_missed(plant, NONE) for plant in planted)
         return Score(False, NONE, 0, effects, 0, False, False, None, None, seconds)
@@ -66,7 +70,7 @@ def score(
         _right(plant, match) if match is not None else _wrong(plant, open_, answer, structured)
         for plant, match in zip(planted, matched, strict=True)
     )
-    wrong = sum(match is None for match in matched)
+    wrong = sum(match is None and not plant["blemish"] for plant, match in zip(planted, matched, strict=True))
     before, after = (_over(answer.get("fit", {}).get(when, {}).get("heldout"), oracle) for when in ("before", "after"))
     alarm = verdict != "complete" or bool(findings)
     extra = max(0, len(open_) - wrong)
@@ -111,6 +115,8 @@ def _tells(finding: Mapping[str, Any], values: Mapping[str, float]) -> bool:
 
 
 def _headline(plant: Mapping[str, Any]) -> str:
+    if plant["blemish"]:
+        return REFUSED
     return list(plant["forms"][0])[-1] if plant["forms"] else OPEN
 
 
@@ -164,6 +170,8 @@ def _wrong(
 ) -> Effect:
     """The finding that stands where this effect should: the largest at its place, else the largest of all."""
     right = _headline(plant)
+    if plant["blemish"]:
+        return _missed(plant, str(answer.get("verdict", "")))
     wanted = {effect for form in plant["forms"] for effect in form}
     here = sorted(open_, key=lambda f: (not _is_place(plant, f), -float(f.get("heldout_gain") or 0.0)))
     if here:

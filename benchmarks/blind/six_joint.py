@@ -91,7 +91,7 @@ class SixJoint(Machine):
             columns[f"x{i + 1}"] = encoder(shown[:: sensors.stride], sensors)
             shown = faulty(torques[:, i], self.fault_of(planted, "effort")) / GAIN[i]
             columns[f"y{i + 1}"] = analogue(shown[:: sensors.stride], CURRENT[i], sensors, rng)
-        return Recorded(CONTROL * sensors.stride, columns)
+        return Recorded.even(CONTROL * sensors.stride, columns)
 
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
         gone = {part for plant in planted for part in plant.omitted}
@@ -178,6 +178,7 @@ def _simulate(
     mujoco.mj_forward(model, data)
     total = 0.15 * data.qfrc_bias + np.sign(v[0]) * p[:, laws.LEVEL_P] + p[:, laws.VISCOUS] * v[0]
     z, load, applied = np.zeros((6, laws.STATES)), np.zeros(6), np.zeros(6)
+    z[:, laws.LOAD_SPEED] = v[0]
     last, filtered, before = data.qpos.copy(), v[0].copy(), None
     angles, torques = np.empty_like(x), np.empty_like(x)
     guess, still = mujoco.MjData(model), np.zeros(6)

@@ -26,6 +26,16 @@ class Scored:
     score: Score
     error: str = ""  # why there is no answer
 
+    @property
+    def right(self) -> bool:
+        """All that is concealed named and placed, and nothing else; silent where nothing is; told what is unknown."""
+        one = self.score
+        if self.group == "unknown":
+            return one.told
+        if not one.effects:
+            return one.answered and not one.alarm
+        return all(effect.named and effect.placed for effect in one.effects) and not one.extra
+
 
 @dataclass(frozen=True)
 class Share:
@@ -131,6 +141,10 @@ def _told_alone(cases: Sequence[Scored]) -> Share:
     return _share(one.verdict == OPEN and not one.found for one in _of(cases, "unknown"))
 
 
+def _recordings(cases: Sequence[Scored]) -> Share:
+    return _share(case.right for case in cases if case.group == "recording")
+
+
 def _covered(cases: Sequence[Scored]) -> Share:
     return _share(held for effect in _concealed(cases) for held in effect.covered.values())
 
@@ -150,6 +164,7 @@ MEASURES: tuple[tuple[str, Callable[[Sequence[Scored]], Share], str], ...] = (
     ("false alarms, of the null cases answered", _alarms, "<= 1 %"),
     ("unknown effects told as unexplained", _told, ">= 90 %"),
     ("unknown effects, told and nothing named", _told_alone, ""),
+    ("faults of the recording refused, or lived with", _recordings, ""),
     ("95 % intervals that hold the true value", _covered, ">= 90 %"),
     ("held-out error within 10 % of the oracle's", _near_oracle, "all"),
 )
@@ -188,7 +203,7 @@ class Kind:
 
 def kinds(cases: Sequence[Scored]) -> list[Kind]:
     by: dict[tuple[str, str], list[Effect]] = {}
-    for effect in _effects(cases, "single", "pair", "unknown"):
+    for effect in _effects(cases, "single", "pair", "unknown", "recording"):
         by.setdefault((effect.kind, effect.right), []).append(effect)
     rows = []
     for (kind, right), effects in sorted(by.items()):

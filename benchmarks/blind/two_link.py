@@ -75,7 +75,7 @@ class TwoLink(Machine):
             columns[f"x{i + 1}"] = encoder(shown[::stride], sensors)
             shown = faulty(torque[:, i], self.fault_of(planted, "effort"))
             columns[f"y{i + 1}"] = analogue(shown[::stride], TORQUE[i], sensors, rng)
-        return Recorded(CONTROL * stride, columns)
+        return Recorded.even(CONTROL * stride, columns)
 
     def model(self, given: Mapping[str, float], planted: tuple[Planted, ...], seed: int, form: bool = False) -> str:
         gone = {part for plant in planted for part in plant.omitted}
@@ -105,6 +105,7 @@ def simulate(body, p, limit, gravity, reference, speeds, noise, steps):
     for i in range(2):
         q[i], v[i], last[i], filtered[i] = reference[0, i], speeds[0, i], reference[0, i], speeds[0, i]
         total[i] = 0.15 * guess[i]
+        z[i, laws.LOAD_SPEED] = speeds[0, i]
     h = CONTROL / steps
     for k in range(count):
         _gravity(body, gravity, reference[k], guess)

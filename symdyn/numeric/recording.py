@@ -14,6 +14,7 @@ from symdyn.base.errors import BadRecording, InputError, Problem, Where
 from symdyn.numeric.recording_checks import check_channels
 from symdyn.numeric.recording_quality import check_sensors, quantisation_noise
 from symdyn.numeric.recording_repeats import check_repeats, fresh_rows, unwrapped
+from symdyn.numeric.recording_rows import without_stills, without_unsettled
 from symdyn.numeric.recording_spikes import without_spikes
 from symdyn.numeric.recording_time import check_time, split_at_gaps
 from symdyn.numeric.tables import read_table
@@ -72,7 +73,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     """Read and check a recording.
 
     Raises BadRecording with every problem found in the numbers, each with the file, its line and its
-    column (codes SD501 to SD534), and InputError where the file or a column is not there. What is only
+    column (codes SD501 to SD536), and InputError where the file or a column is not there. What is only
     suspect stands in ``Recording.warnings``.
     """
     path = Path(path)
@@ -88,7 +89,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), lines)
     if problems:
         raise BadRecording(problems)
-    segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
+    segments, _, _ = split_at_gaps(time, where)
     places = {channel: Where(str(path), 1, table.positions[channel.column]) for channel in channel_map.channels}
     measured, doubts = [], check_repeats(written, where(0, time_column))
     for channel in channel_map.channels:
@@ -96,11 +97,18 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
         column, spikes = without_spikes(channel, column, segments, places[channel])
         measured.append((channel, _to_si(column, channel)))
         doubts += (*turns, *spikes)
+    for shows_motion in (without_stills, without_unsettled):
+        kept, told = shows_motion(measured, segments, where)
+        time, lines = time[kept], lines[kept]
+        measured = [(channel, values[kept]) for channel, values in measured]
+        segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
+        doubts += told
     errors, warnings = check_channels(time, segments, measured, places)
     worse, more = check_sensors(time, segments, measured, places)
     if gap_errors or errors or worse:
         raise BadRecording((*gap_errors, *errors, *worse))
-    time.setflags(write=False)
+    for values in (time, *(values for _, values in measured)):
+        values.setflags(write=False)
     return Recording(
         name=path.name.removesuffix(".gz").rpartition(".")[0],
         time=time,
@@ -139,6 +147,4 @@ def _refuse_duplicates(channel_map: ChannelMap) -> None:
 
 
 def _to_si(column: NDArray[np.float64], channel: Channel) -> NDArray[np.float64]:
-    values = column * (channel.sign * channel.scale * channel.factor)
-    values.setflags(write=False)
-    return values
+    return column * (channel.sign * channel.scale * channel.factor)

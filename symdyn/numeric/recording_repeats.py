@@ -14,9 +14,10 @@ from symdyn.spec.records import Channel, Quantity
 
 ANGLES = ("rad", "deg", "rev")
 REPEATED = 0.3  # of the rows, from which on a logger is taken to be quicker than what it logs
-REGULAR = 0.8  # of the runs of equal rows that are as long as most, or longer by one or shorter
-REST = 3.0  # times as long: nothing moved
-FEWEST = 20  # runs
+TOGETHER = 20  # runs of equal rows in a row, which are as long as any other so many:
+REGULAR = 0.8  # of them
+OFF = 2.5  # rows by which they may differ. What coarse steps repeat is of any length, and would differ by more
+REST = 3.0  # times as long as most: nothing moved
 
 
 def fresh_rows(columns: Sequence[Samples]) -> tuple[NDArray[np.int64], int]:
@@ -31,12 +32,16 @@ def fresh_rows(columns: Sequence[Samples]) -> tuple[NDArray[np.int64], int]:
     lengths = np.diff(np.append(starts, count))
     times = int(np.median(lengths))
     ordinary = lengths[lengths <= REST * times]
-    regular = np.mean(np.abs(ordinary - times) <= 1) if len(ordinary) else 0.0
-    if times < 2 or len(ordinary) < FEWEST or same.mean() < REPEATED or regular < REGULAR:
+    if times < 2 or len(ordinary) < TOGETHER or same.mean() < REPEATED or not _is_regular(ordinary):
         return np.arange(count), 1
     since = np.arange(count) - np.repeat(starts, lengths)
     ends = np.repeat(np.maximum(lengths - times // 2, 1), lengths)  # a run that is longer by one is no second sample
     return np.flatnonzero((since % times == 0) & (since < ends)), times
+
+
+def _is_regular(lengths: NDArray[np.int64]) -> bool:
+    sums = np.convolve(lengths, np.ones(TOGETHER), mode="valid")
+    return float(np.mean(np.abs(sums - np.median(sums)) <= OFF)) >= REGULAR
 
 
 def check_repeats(times: int, where: Where) -> list[Problem]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.base.errors import Problem, Where
+from symdyn.numeric.recording_quality import steps_of
 from symdyn.numeric.recording_time import Samples, Segments
 from symdyn.spec.records import Channel, Quantity
 
@@ -39,4 +41,14 @@ def without_spikes(
     message = f"{count} sample{'s' if count > 1 else ''} of '{channel.column}' stand{'s' if count == 1 else ''} alone"
     message += f", by up to {float(away[spikes].max()):.3g} {channel.unit}" if channel.scale == 1.0 else ""
     hint = "nothing: what lies between its neighbours was taken instead; or see what the sensor's bus loses"
-    return np.interp(np.arange(len(column)), good, column[good]), [Problem("SD534", message, where, hint)]
+    return _filled(column, good), [Problem("SD534", message, where, hint)]
+
+
+def _filled(column: Samples, good: NDArray[np.int64]) -> Samples:
+    """(N,) the good samples, and between them what lies there; of a sensor with steps, one of its steps."""
+    filled = np.interp(np.arange(len(column)), good, column[good])
+    if steps_of(column[good]) is not None:
+        levels = np.unique(column[good])
+        middles = 0.5 * (levels[1:] + levels[:-1])
+        filled = levels[np.searchsorted(middles, filled)]
+    return filled

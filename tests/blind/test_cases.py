@@ -6,6 +6,7 @@ from collections import Counter
 
 import pytest
 
+from benchmarks.blind.blemishes import BLEMISHES, REFUSED
 from benchmarks.blind.cases import DRAWS, MACHINES, Case, all_cases, model, oracle_model
 from benchmarks.blind.unknown import UNKNOWN
 from symdyn.compiler import robot_from_text
@@ -29,6 +30,11 @@ def test_there_are_enough_of_every_sort() -> None:
     assert count["pair"] >= 40
     assert {case.machine for case in middle if case.group == "unknown"} == set(MACHINES)
     assert {case.level for case in CASES} == {"low", "middle", "high"}
+    spoiled = [case for case in middle if case.group == "recording"]
+    assert {kind for case in spoiled for kind, _ in case.kinds} >= set(BLEMISHES)
+    assert {case.machine for case in spoiled} == {"axis", "two-link", "six-joint"}
+    assert any(len(case.kinds) == 2 for case in spoiled)
+    assert all(len(case.kinds) == 1 for case in spoiled if case.kinds[0][0] in REFUSED)
 
 
 def test_the_same_every_time() -> None:

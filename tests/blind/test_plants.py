@@ -100,13 +100,32 @@ def test_forces_that_store_energy_follow_from_it(values: dict[str, float], energ
 @settings(max_examples=30)
 def test_bristles_move_as_their_equation_says(v: float, duration: float) -> None:
     """Dahl's bristle in many small steps of the midpoint rule, and in one of ours."""
-    p, z = row(dahl_stiffness=40.0, dahl_level=0.5), np.array([0.0, 0.004, 0.0, 0.0])
-    out, expected, steps = np.zeros(4), 0.004, 2000
+    p, z = row(dahl_stiffness=40.0, dahl_level=0.5), np.zeros(laws.STATES)
+    z[1] = 0.004
+    out, expected, steps = np.zeros(laws.STATES), 0.004, 2000
     laws.advance_states(p, v, z, duration, out)
     for _ in range(steps):
         middle = expected + 0.5 * duration / steps * (v - 80.0 * abs(v) * expected)
         expected += duration / steps * (v - 80.0 * abs(v) * middle)
     assert out[1] == pytest.approx(expected, rel=1e-5, abs=1e-9)
+
+
+@given(st.floats(1.0, 60.0), st.floats(0.0, 0.5), st.floats(-2.0, 2.0))
+@settings(max_examples=30)
+def test_an_elastic_load_moves_as_the_exponential_of_its_matrix(w: float, zeta: float, v: float) -> None:
+    """In 2000 steps of 25 us; and what it takes up comes out of the force on its place."""
+    p, z, out = row(load_inertia=0.3, load_frequency=w, load_damping=zeta), np.zeros(laws.STATES), np.zeros(laws.STATES)
+    z[4:] = 0.01, -0.3
+    matrix = np.array([[0.0, -1.0, v], [w * w, -2.0 * zeta * w, 2.0 * zeta * w * v], [0.0, 0.0, 0.0]])
+    expected = linalg.expm(0.05 * matrix) @ np.array([0.01, -0.3, 1.0])
+    pushed, h = 0.0, 25e-6
+    for _ in range(2000):
+        before = laws.smooth_force(p, 0.0, v, 0.0, z)
+        laws.advance_states(p, v, z, h, out)
+        z[:] = out
+        pushed += 0.5 * h * (before + laws.smooth_force(p, 0.0, v, 0.0, z))
+    np.testing.assert_allclose(z[4:], expected[:2], rtol=1e-5, atol=1e-6)
+    assert pushed == pytest.approx(-0.3 * (z[5] + 0.3), rel=1e-4, abs=1e-6)
 
 
 BODY = np.array([1.08, 0.864, 0.25, 0.2, 0.022644, 0.0116352])

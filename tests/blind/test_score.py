@@ -10,11 +10,12 @@ import pytest
 
 from benchmarks.blind.report import facts, markdown
 from benchmarks.blind.score import score
-from benchmarks.blind.summary import Scored, Share, confusion, joined, kinds, read_scores
+from benchmarks.blind.summary import Scored, Share, confusion, joined, kinds, measures, read_scores
 
 
 def plant(kind: str, place: str, *forms: dict[str, dict[str, float]], **more: Any) -> dict[str, Any]:
-    return {"kind": kind, "place": place, "forms": forms, "also_at": [], "problems": [], "scored": None, **more}
+    found = {"kind": kind, "place": place, "forms": forms, "also_at": [], "problems": [], "scored": None}
+    return {**found, "blemish": False, **more}
 
 
 def finding(effect: str, place: str, group: tuple[str, ...] = (), **values: tuple[float, float]) -> dict[str, Any]:
@@ -152,6 +153,32 @@ def test_a_recording_refused_for_the_right_reason_is_an_answer() -> None:
     wrong = score([COULOMB], refused, None, 1.0)
     assert (wrong.effects[0].named, wrong.effects[0].label, wrong.alarm) == (False, "bad_recording", True)
     assert score([], refused, None, 1.0).alarm
+
+
+def test_a_fault_of_the_recording_is_refused_or_lived_with() -> None:
+    """What cannot be mended: right is to refuse it for that. What can: as if it were not there."""
+    refused = {**answer(verdict="bad_recording"), "problems": [{"code": "SD533"}]}
+    flipped, uneven = plant("flipped", "", blemish=True, problems=["SD533"]), plant("uneven", "", blemish=True)
+    found = answer(finding("coulomb_friction", "j1", level=(2.0, 0.1)))
+
+    def case(*planted: dict[str, Any], told: dict[str, Any]) -> Scored:
+        return Scored("a", "axis", "recording", "middle", score(planted, told, None, 1.0))
+
+    assert case(flipped, told=refused).right
+    believed = case(flipped, told=found)
+    assert (believed.right, believed.score.effects[0].label) == (False, "missing_physics")
+    assert believed.score.extra == 1
+    other = {**refused, "problems": [{"code": "SD524"}]}
+    assert not case(flipped, told=other).right
+    assert case(uneven, told=answer(verdict="complete")).right
+    assert not case(uneven, told=found).right
+    assert not case(uneven, told=refused).right
+    assert case(uneven, COULOMB, told=found).right
+    assert not case(uneven, COULOMB, told=refused).right
+    assert not case(uneven, COULOMB, told=answer(verdict="complete")).right
+    both = [case(flipped, told=refused), case(uneven, told=refused)]
+    assert measures(both)["faults of the recording refused, or lived with"] == Share(1, 2)
+    assert measures(both)["name right (single and pairs)"] == Share(0, 0)
 
 
 def test_wilson_intervals() -> None:

@@ -1,4 +1,4 @@
-"""Signs and channels that were mistaken are told as that, and missing physics is not taken for them."""
+"""Signs, units and channels that were mistaken are told as that, and missing physics is not taken for them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Verdict
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.setting import prepare
-from symdyn.spec.records import Quantity, Side
+from symdyn.spec.records import ChannelMap, Quantity, Side
 
 from .arm_of_two import ARM_OF_TWO, run
 from .pendulum import pendulum, record
@@ -29,9 +29,15 @@ def mistaken(recording: Recording, change: Callable[[Channels], Channels]) -> Re
     return replace(recording, channels=MappingProxyType(dict(change(recording.channels))))
 
 
-def turned(quantity: Quantity, joint: str) -> Callable[[Channels], Channels]:
+def turned(quantity: Quantity, joint: str | None = None) -> Callable[[Channels], Channels]:
     return lambda channels: {
-        key: -values if key[:2] == (quantity, joint) else values for key, values in channels.items()
+        key: -values if key[0] is quantity and joint in (None, key[1]) else values for key, values in channels.items()
+    }
+
+
+def scaled(factor: float) -> Callable[[Channels], Channels]:
+    return lambda channels: {
+        key: factor * values if key[0] is Quantity.POSITION else values for key, values in channels.items()
     }
 
 
@@ -46,6 +52,7 @@ def exchanged(channels: Channels) -> Channels:
         (turned(Quantity.EFFORT, "one"), "the effort of 'one' has the other sign"),
         (turned(Quantity.EFFORT, "two"), "the effort of 'two' has the other sign"),
         (turned(Quantity.POSITION, "two"), "the position of 'two' has the other sign"),
+        (turned(Quantity.EFFORT), "all efforts have the other sign"),
         (exchanged, "the efforts of 'one' and 'two' were taken for one another"),
     ],
 )
@@ -54,6 +61,33 @@ def test_a_mistake_is_told_with_its_channel(change: Callable[[Channels], Channel
         diagnose(ARM, mistaken(run(1), change), mistaken(run(2), change))
     (problem,) = caught.value.problems
     assert problem.code == "SD533"
+    assert problem.message.startswith(told)
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"),
+    [(180.0 / np.pi, "the angles are in degrees, not in rad"), (np.pi / 180.0, "the angles are in rad, not in deg")],
+)
+def test_angles_in_another_unit(factor: float, told: str) -> None:
+    with pytest.raises(BadRecording) as caught:
+        diagnose(ARM, *(mistaken(run(seed), scaled(factor)) for seed in (1, 2)))
+    (problem,) = caught.value.problems
+    assert problem.code == "SD506"
+    assert problem.message.startswith(told)
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"), [(1e3, "the time is in ms, not in s"), (1e6, "the time is in us"), (1e-3, "the time is in s")]
+)
+def test_time_in_another_unit(factor: float, told: str) -> None:
+    """The last is a map that says ms of a column in s."""
+    channels = ARM.channels or ChannelMap("t", 1.0 if factor > 1.0 else 1e-3, ())
+    runs = [run(seed) for seed in (1, 2)]
+    runs = [replace(r, time=factor * r.time, sample_time=factor * r.sample_time) for r in runs]
+    with pytest.raises(BadRecording) as caught:
+        diagnose(replace(ARM, channels=channels), *runs)
+    (problem,) = caught.value.problems
+    assert problem.code == "SD506"
     assert problem.message.startswith(told)
 
 

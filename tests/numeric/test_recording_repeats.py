@@ -91,10 +91,10 @@ def test_rows_that_were_written_again_are_left_out(times: int, tmp_path: Path) -
 
 
 def test_a_machine_that_rests_repeats_nothing(tmp_path: Path) -> None:
-    """An exact standstill, with an encoder of steps and an effort that stays, between two motions."""
-    q, tau = turning(1, amplitude=1.2)
-    q, tau = np.round(q, 4), np.round(tau, 2)
-    q[3000:5000], tau[3000:5000] = q[3000], np.round(np.median(tau), 2)
+    """An exact standstill, with an encoder of steps and an effort that stays, where the motion turns back."""
+    q, tau = (column[:6000] for column in turning(1, amplitude=1.2))
+    at = 2000 + int(np.argmax(q[2000:4000]))
+    q, tau = (np.insert(column, at, np.full(2000, column[at])) for column in (np.round(q, 4), np.round(tau, 2)))
     found = read(tmp_path, q, tau)
     assert codes(found) == []
     assert len(found.time) == len(TIME)

@@ -9,6 +9,7 @@ import pytest
 
 from symdyn.base.errors import Where
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.recording_quality import steps_of
 from symdyn.numeric.recording_spikes import without_spikes
 from symdyn.spec.records import Channel, Quantity, Side
 
@@ -37,6 +38,19 @@ def test_spikes_are_replaced_by_what_is_around_them(size: float) -> None:
     assert problem.message.startswith("5 samples of 'x' stand alone")
     assert mended == pytest.approx(q, abs=1e-3)
     assert np.all(mended[np.setdiff1d(np.arange(len(q)), at)] == q[np.setdiff1d(np.arange(len(q)), at)])
+
+
+def test_what_replaces_them_is_one_of_the_sensors_steps() -> None:
+    size = 2.0 * np.pi / 512
+    q = size * np.round(turning(1, amplitude=1.2)[0] / size)
+    shown = q.copy()
+    shown[spikes(3)] += 1.7
+    mended, _ = without_spikes(channel(Quantity.POSITION, "rad"), shown, WHOLE, HERE)
+    assert np.all(np.isin(mended, q))
+    assert mended == pytest.approx(q, abs=1.01 * size)
+    found = steps_of(mended)
+    assert found is not None
+    assert found[0] == pytest.approx(size, rel=1e-6)
 
 
 @pytest.mark.parametrize(
