@@ -23,11 +23,11 @@ from symdyn.numeric.inquiry import Inquiry, estimates
 from symdyn.numeric.kinship import ready
 from symdyn.numeric.leftover import SHARE, leftover, slow_share, variables
 from symdyn.numeric.nested import generalised, simplified
-from symdyn.numeric.noise_floor import independent_samples
+from symdyn.numeric.noise_floor import in_band, independent_samples, noise_density
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import likelier
 from symdyn.numeric.revision import Revision, revisions, without
-from symdyn.numeric.rounding import RESOLUTION, below_steps, with_resolutions
+from symdyn.numeric.rounding import RESOLUTION, below_steps, left_by_steps, with_resolutions
 from symdyn.numeric.runs import Runs, doubts, training_and_heldout
 from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import EARNS, TIE, Search, rank
@@ -106,11 +106,9 @@ def _diagnose(
     open_, begun = revisions(inquiry.setting), inquiry
     _refuse_late_efforts(inquiry, progress)
     before, inquiry = _explained(begun, open_, band is None, progress)
-    swinging = _filters(inquiry)
-    if swinging:
-        progress(f"without {' and '.join(swinging)}: it fits best, but not whole")
+    if told := _filters(inquiry):
+        progress(f"{told}; the search begins again without it")
         before, inquiry = _explained(_without_swinging(begun), open_, band is None, progress)
-        told = f"{' and '.join(swinging)} fits best, but not whole: it takes the place of something else"
         inquiry = replace(inquiry, setting=replace(inquiry.setting, proposed=begun.setting.proposed)).noting(told)
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
@@ -160,16 +158,21 @@ def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -
     return inquiry
 
 
-def _filters(after: Inquiry) -> list[str]:
-    """Labels of what swings, where that leaves something that is no noise.
+def _filters(after: Inquiry) -> str | None:
+    """Why what swings was not to be found: it leaves something that is no noise, or took away no more than noise.
 
     An inertia behind a spring tells all that it does. Something else that it resembles, it tells in part, and it
     resembles much: with three numbers it is a filter.
     """
     case, current = after.case, after.current
-    swinging = [c.label for c, _ in current.found if c.swings]
+    swinging = " and ".join(c.label for c, _ in current.found if c.swings)
     if not swinging:
-        return []
+        return None
+    bare = case.explain(tuple(item for item in current.found if not item[0].swings), current)
+    noise = np.hypot(in_band(noise_density(case.judge, bare.fit.p), case.judge), left_by_steps(after)[1])
+    there = [case.joints.index(c.place.address) for c, _ in current.found if c.swings]
+    if np.all(np.sqrt(np.mean(bare.heldout**2, axis=0))[there] <= noise[there]):
+        return f"{swinging} fits best, and takes off no more than noise"
     left = leftover(
         (current.training, case.bench.motion),
         (current.heldout, case.judge.motion),
@@ -181,7 +184,7 @@ def _filters(after: Inquiry) -> list[str]:
     left = that_matters(left, after.findings, dict(zip(case.joints, hidden, strict=True)))
     errors = after.first.errors(after.given), case.errors(current)
     told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= TELLS_ALL
-    return [] if told else swinging
+    return None if told else f"{swinging} fits best, but not whole: it takes the place of something else"
 
 
 def _without_swinging(begun: Inquiry) -> Inquiry:
