@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from symdyn.base.errors import Problem, SymdynError
+from symdyn.base.json_text import json_text
 
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -20,7 +20,7 @@ err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 def print_json(facts: Any) -> None:
     """JSON for other programs: plain, no colour, no wrapping."""
-    sys.stdout.write(json.dumps(facts, indent=2, allow_nan=False) + "\n")
+    sys.stdout.write(json_text(facts))
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], whole: str = "") -> None:

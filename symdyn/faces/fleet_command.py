@@ -7,13 +7,13 @@ import hashlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
-from json import dumps
 from pathlib import Path
 from typing import Any
 
 from symdyn import compiler
 from symdyn.base.errors import BadRecording, Problem, SymdynError, UsageError
 from symdyn.base.files import check_writable, write_atomically
+from symdyn.base.json_text import json_text
 from symdyn.faces.console import err, out, print_json, print_table, status
 from symdyn.faces.fleet_list import Case, read_cases
 from symdyn.faces.recordings import open_recordings
@@ -50,7 +50,7 @@ def run(
         "cases": [asdict(case) | result for case, result in zip(cases, results, strict=True)],
     }
     if path is not None:
-        write_atomically(path, dumps(facts, indent=2, allow_nan=False) + "\n")
+        write_atomically(path, json_text(facts))
     if json:
         print_json(facts)
     else:

@@ -8,29 +8,27 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from symdyn.base.errors import InputError
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
-from symdyn.numeric.conclude import conclude, specification
+from symdyn.numeric.conclude import conclude
 from symdyn.numeric.confused import check_confused
 from symdyn.numeric.excitation import unexcited
-from symdyn.numeric.explanation import LEVEL, joint_errors
-from symdyn.numeric.few_waves import waves_instead, waves_of_rival
+from symdyn.numeric.explanation import LEVEL
+from symdyn.numeric.few_waves import waves_instead
 from symdyn.numeric.filtering.needed import has_hidden_parts
-from symdyn.numeric.findings import Diagnosis, Finding, Rival
-from symdyn.numeric.forward import first_that_earns, forward, tried_revisions
-from symdyn.numeric.freed import numbers_of
-from symdyn.numeric.inquiry import Inquiry, estimates
+from symdyn.numeric.findings import Diagnosis
+from symdyn.numeric.forward import first_that_earns, forward
+from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.kinship import ready
-from symdyn.numeric.leftover import SHARE, leftover, slow_share, variables
+from symdyn.numeric.leftover import SHARE, slow_share
+from symdyn.numeric.mere_filter import merely_filters, without_swinging
 from symdyn.numeric.nested import generalised, simplified
-from symdyn.numeric.noise_floor import in_band, independent_samples, noise_density
+from symdyn.numeric.proof import proved
 from symdyn.numeric.recording import Recording
-from symdyn.numeric.regression import likelier
-from symdyn.numeric.revision import Revision, revisions, without
-from symdyn.numeric.rounding import RESOLUTION, below_steps, left_by_steps, with_resolutions
+from symdyn.numeric.revision import Revision, revisions
+from symdyn.numeric.rivals import with_rivals
+from symdyn.numeric.rounding import below_steps, with_resolutions
 from symdyn.numeric.runs import Runs, doubts, training_and_heldout
-from symdyn.numeric.scan import WAVES
-from symdyn.numeric.search import EARNS, TIE, Search, rank
+from symdyn.numeric.search import EARNS, Search, rank
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.simple_pair import pairs_instead
 from symdyn.numeric.skew import (
@@ -43,8 +41,6 @@ from symdyn.numeric.skew import (
     tells_nearly_all,
     with_skew,
 )
-from symdyn.numeric.verdict import explained_share, that_matters
-from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
 
@@ -52,7 +48,6 @@ Progress = Callable[[str], None]
 
 FEW = 3  # effects that a delay is compared with
 QUICK = frozenset({Scan.ANGLE_ORDER, Scan.SPEED, Scan.DISPLACEMENT})  # of laws that may be quicker than a motion
-TELLS_ALL = 0.999  # of the structured mismatch, that what swings tells with all the rest: all but 3 % of its size
 WIDER = 1.5  # times the band, from which on it is worth another search
 
 
@@ -106,13 +101,13 @@ def _diagnose(
     open_, begun = revisions(inquiry.setting), inquiry
     _refuse_late_efforts(inquiry, progress)
     before, inquiry = _explained(begun, open_, band is None, progress)
-    if told := _filters(inquiry):
+    if told := merely_filters(inquiry):
         progress(f"{told}; the search begins again without it")
-        before, inquiry = _explained(_without_swinging(begun), open_, band is None, progress)
+        before, inquiry = _explained(without_swinging(begun), open_, band is None, progress)
         inquiry = replace(inquiry, setting=replace(inquiry.setting, proposed=begun.setting.proposed)).noting(told)
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
-    findings = tuple(_with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
+    findings = tuple(with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
     return conclude(inquiry, training.name, heldout.name)
 
@@ -156,40 +151,6 @@ def _searched(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -
             inquiry = forward(inquiry, open_, progress)
             places = _changed(before, inquiry)
     return inquiry
-
-
-def _filters(after: Inquiry) -> str | None:
-    """Why what swings was not to be found: it leaves something that is no noise, or took away no more than noise.
-
-    An inertia behind a spring tells all that it does. Something else that it resembles, it tells in part, and it
-    resembles much: with three numbers it is a filter.
-    """
-    case, current = after.case, after.current
-    swinging = " and ".join(c.label for c, _ in current.found if c.swings)
-    if not swinging:
-        return None
-    bare = case.explain(tuple(item for item in current.found if not item[0].swings), current)
-    noise = np.hypot(in_band(noise_density(case.judge, bare.fit.p), case.judge), left_by_steps(after)[1])
-    there = [case.joints.index(c.place.address) for c, _ in current.found if c.swings]
-    if np.all(np.sqrt(np.mean(bare.heldout**2, axis=0))[there] <= noise[there]):
-        return f"{swinging} fits best, and takes off no more than noise"
-    left = leftover(
-        (current.training, case.bench.motion),
-        (current.heldout, case.judge.motion),
-        variables(case.joints),
-        dict(zip(case.joints, joint_errors(current.heldout, case.judge).tolist(), strict=True)),
-        case.judge.samples_per_period,
-    )
-    hidden = joint_errors(case.left_by_sampling(current), case.judge).tolist()
-    left = that_matters(left, after.findings, dict(zip(case.joints, hidden, strict=True)))
-    errors = after.first.errors(after.given), case.errors(current)
-    told = not left.structured or explained_share(left.unlike_noise, left, *errors) >= TELLS_ALL
-    return None if told else f"{swinging} fits best, but not whole: it takes the place of something else"
-
-
-def _without_swinging(begun: Inquiry) -> Inquiry:
-    kept = tuple(c for c in begun.setting.proposed if not c.swings)
-    return replace(begun, setting=replace(begun.setting, proposed=kept))
 
 
 def _changed(before: Inquiry, after: Inquiry) -> frozenset[str]:
@@ -253,88 +214,3 @@ def _ends_at_steps(inquiry: Inquiry) -> bool:
     """
     motions = [r.motion for r in inquiry.setting.readings]
     return inquiry.case.bench.edge <= min(motions) < max(motions)
-
-
-def proved(inquiry: Inquiry) -> Inquiry:
-    """What was found is examined once more, all of it together, and so is whether a machine may have such numbers."""
-    inquiry = _physical(_reexamined(inquiry))
-    for revised in inquiry.setting.revised:
-        numbers = estimates(inquiry.case, revised, inquiry.current)
-        if revised.names and not numbers_of(revised.effect, revised.place).credible(numbers):
-            told = f"{revised.title} at {revised.place} was taken out again: beside the rest no machine has its numbers"
-            return proved(without(inquiry, revised).noting(told))
-    return inquiry
-
-
-def _physical(inquiry: Inquiry) -> Inquiry:
-    """Parameters that no machine can have are drawn towards the given ones until one can."""
-    case, current = inquiry.case, inquiry.current
-    for share in (1.0, 0.3, 0.1, 0.03):
-        try:
-            specification(case, current)
-            break
-        except InputError as error:
-            inquiry = inquiry.noting(f"no machine has the parameters that fit best: {error.problems[0].message}")
-            case = replace(case, spread=share * case.spread)
-            current = case.explain(current.found, current)
-    return replace(inquiry, case=case, current=current).settled()
-
-
-def _reexamined(inquiry: Inquiry) -> Inquiry:
-    """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
-    found = inquiry.current.found
-    shown_otherwise = inquiry.setting.revised or inquiry.setting.readings != inquiry.origin.readings
-    for item in found if shown_otherwise else found[:-1]:  # the last one has just earned its place
-        case, current, candidate = inquiry.case, inquiry.current, item[0]
-        corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
-        if corrected and case.certain(candidate, current):
-            continue
-        less = case.explain(tuple(other for other in current.found if other[0] is not candidate), current)
-        if not case.confirms(candidate, less, current):
-            told = f"{candidate.label} was taken out again: later findings explain it better"
-            inquiry = replace(inquiry, current=less).noting(told)
-    since = found or inquiry.setting.readings[0].late  # what the last one did not know
-    for revised in inquiry.setting.revised[: None if since else -1]:
-        if set(revised.values) == {RESOLUTION}:  # nothing that a fit holds: known in size, not in course
-            continue
-        bare = without(inquiry, revised)
-        if not inquiry.case.earns(bare.current, inquiry.current):
-            inquiry = bare.noting(f"{revised.title} at {revised.place} was taken out again: the rest explains it")
-    return inquiry.settled()
-
-
-def _with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], progress: Progress) -> Finding:
-    """What it does not improve on beyond chance: other explanations at its place (rivals), itself elsewhere (group)."""
-    case, current = inquiry.case, inquiry.current
-    mine = [i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place)]
-    if not mine:
-        return finding  # a sensor's fault, or gravity: it explains more than any effect does
-    progress(f"looking for rivals of {finding.title} at {finding.place}")
-    rest = case.explain(tuple(item for item in current.found if item is not mine[0]), current)
-    search = Search(case.laws, rest.fit.p, rest.training, rest.design, rest.weight)
-    own = search.at(mine[0][0], current.fitted[current.found.index(mine[0])].shapes)
-    rivals, group = [], list(finding.group)
-    count = independent_samples(case.bench)
-    for other in ready(inquiry.setting.proposed, case.robot, rest.effects):
-        if (other.effect == finding.effect) == (other.place.address == finding.place):
-            continue
-        if finding.effect in catalogue()[other.effect].generalises:
-            continue  # the finding and more: it fits as well by being the same
-        waves = waves_of_rival(other, mine[0][0])
-        trial = search.trial(other, waves)
-        if len(other.shapes) > 1 and other.place.address == finding.place and trial.gain > 0:
-            trial = search.polished(trial)
-        if search.contains(trial, own):
-            continue
-        gain, p_value = likelier(trial.errors, own.errors)
-        # The shapes of both were fitted to these very samples: each number more is worth log(N) by that (Schwarz).
-        bought = waves < WAVES and gain * count < (own.candidate.size - other.size) * np.log(count)
-        if trial.admissible and trial.gain > 0 and (p_value > TIE or bought):
-            if other.place.address == finding.place:
-                rivals.append(Rival(other.effect, other.place.address, p_value))
-            else:
-                group.append(other.place.address)
-    for revised in tried_revisions(replace(inquiry, current=rest), search, open_, [own], progress):
-        if revised.matches > TIE and revised.revision.key[1] in (finding.place, "base"):
-            rivals.append(Rival(*revised.revision.key, revised.matches))
-    return replace(finding, rivals=tuple(rivals), group=tuple(group))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import Problem
+from symdyn.base.json_text import plain
 from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
@@ -244,7 +245,7 @@ class Diagnosis:
         floor = self.noise_floor
         unknown = {"training": None, "heldout": None}
         at_joint = floor.per_joint if floor else {}
-        return {
+        facts = {
             "verdict": str(self.verdict),
             "robot": self.robot.name,
             "findings": [finding.to_json() for finding in self.findings],
@@ -267,6 +268,7 @@ class Diagnosis:
             "recordings": {"training": self.training, "heldout": self.heldout},
             "problems": [],
         }
+        return {key: plain(value) for key, value in facts.items()}
 
 
 def bad_recording_json(robot: str, problems: Sequence[Problem]) -> Json:

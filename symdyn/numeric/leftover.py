@@ -92,7 +92,7 @@ def _loudest(training: Data, heldout: Data, beyond: Sequence[Beyond], errors: Ma
 
     That noise is the same wherever the machine is, and no frequency stands out of it.
     """
-    powers = np.square(list(errors.values()))
+    powers = np.square(list(errors.values())).tolist()
     loud = [
         j
         for j, of in enumerate(beyond)
@@ -155,7 +155,7 @@ def slow_share(residual: Array, per_band: float, floor: Array | None = None, kno
     best = (0.0, 1.0)
     edge = min(known, 1.0)
     levels = np.zeros(residual.shape[1]) if floor is None else floor
-    for column, level in zip(residual.T, levels, strict=True):
+    for column, level in zip(residual.T, levels.tolist(), strict=True):
         length = min(len(column), max(32, len(column) // 8))
         frequency, power = signal.welch(column, per_band, nperseg=length, detrend="constant")
         half = 0.5 * edge + 2.0 * frequency[1]  # a line at the middle spreads over two bins of the window

@@ -22,7 +22,7 @@ LIVELY = 0.3  # of the samples at most are the same as the one before, where a c
 END = 0.02  # of the rows: how late a filter settles
 SETTLED = 3.0  # times as long as the change of slope is seen: the rest of an exponential is gone
 MOVING = 0.5  # of a channel's range is passed without that end: the motion goes on
-SENSED = (Quantity.POSITION, Quantity.VELOCITY, Quantity.EFFORT, Quantity.CURRENT)  # a voltage may jump at will
+MOTION = (Quantity.POSITION, Quantity.VELOCITY)  # an effort may jump: a controller begins
 
 
 def without_stills(measured: Measured, _: Segments, where: PlaceOfRow) -> tuple[Mask, list[Problem]]:
@@ -60,9 +60,9 @@ def without_stills(measured: Measured, _: Segments, where: PlaceOfRow) -> tuple[
 
 
 def without_unsettled(measured: Measured, segments: Segments, where: PlaceOfRow) -> tuple[Mask, list[Problem]]:
-    """Rows (N,) without those at either end, where a channel bends as nowhere else; a warning (SD536) for each end.
+    """Rows (N,) without those at either end, where a motion bends as nowhere else; a warning (SD536) for each end.
 
-    Filters that start from zero, brakes, drives that are switched on or off. An end that holds most of the motion is
+    Filters that start from zero, brakes that close. An end that holds most of the motion is
     the motion itself.
     """
     count = len(measured[0][1])
@@ -72,7 +72,7 @@ def without_unsettled(measured: Measured, segments: Segments, where: PlaceOfRow)
     for at_end in (False, True):
         cut, blamed = 0, ""
         for channel, values in measured:
-            if channel.quantity not in SENSED:
+            if channel.quantity not in MOTION:
                 continue
             values = values[::-1] if at_end else values
             found = _unsettled(values, near)

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.candidates import candidates
-from symdyn.numeric.diagnose import diagnose, proved
+from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Estimate, Verdict
 from symdyn.numeric.forward import explains_more, forward
 from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.observation import observe
+from symdyn.numeric.proof import proved
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
