@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 PASSES = 1.5  # times the band's edge: beyond, its own filter leaves a thousandth
 TIMES = 4.0  # the accounted power: twice the amplitude
 SEGMENTS = 8  # of Welch's spectrum
+FINE = 257  # frequencies of a sum over the band
 NEAR = 41  # bins whose median is the level around a line
 
 
@@ -59,6 +60,16 @@ def beyond_noise(bench: Workbench, p: Array, residual: Array, hidden: Array) -> 
     return found
 
 
+def left_by_positions(bench: Workbench, p: Array) -> Array:
+    """(n,) root mean square of what the noise of positions alone leaves of a residual in the band."""
+    o = bench.observation
+    frequency = np.linspace(0.0, min(PASSES * bench.edge, 0.5 * o.rate), FINE)[1:]
+    passes = passed(frequency[:, None], o.rate, o.motions)
+    kept = passed(frequency[:, None], o.rate, np.array(bench.edge)) ** 2
+    density = _forces(bench, p, frequency, passes**2 * position_density(o))
+    return np.asarray(np.sqrt(np.sum(kept * density, axis=0) * frequency[0]))
+
+
 def _line(residual: Array, rate: float, edge: float) -> float:
     """p-value of the frequency that stands out most from those around it, all of them counted.
 
@@ -73,14 +84,32 @@ def _line(residual: Array, rate: float, edge: float) -> float:
 def _of_sensors(bench: Workbench, p: Array, frequency: Array) -> Array:
     """(m, n) power density of the noise of efforts, and of what is not known of accelerations, times the inertias.
 
-    That is the noise of positions, as far as their filter lets it pass, and what that filter takes of the motion.
+    That is the noise of positions, as far as their filter lets it pass, and what that filter takes of the motion: what
+    is seen of it beyond noise, and what noise may hide, which is no more than the efforts show there.
     """
     o = bench.observation
-    inertia = bench.kernel.mass_matrix_p_batch(np.ascontiguousarray(o.q), p)
     passes = passed(frequency[:, None], o.rate, o.motions)
     longest = max(o.segments, key=lambda part: part.stop - part.start)
     shown = np.stack([np.interp(frequency, *spectrum(q, o.rate)) for q in o.measured[longest].T], axis=1)
-    positions = passes**2 * position_density(o) + (1.0 - passes) ** 2 * shown
+    noise = position_density(o)
+    known = passes**2 * noise + (1.0 - passes) ** 2 * np.maximum(shown - noise, 0.0)
+    hidden = _forces(bench, p, frequency, (1.0 - passes) ** 2 * np.minimum(shown, noise))
+    at_least = np.minimum(hidden, _efforts(bench, frequency)) if np.any(o.tau) else hidden
+    return np.asarray(loudest_density(bench, p) ** 2 + _forces(bench, p, frequency, known) + at_least)
+
+
+def _efforts(bench: Workbench, frequency: Array) -> Array:
+    """(m, n) power density of the efforts, as residuals show them."""
+    o = bench.observation
+    longest = max(o.segments, key=lambda part: part.stop - part.start)
+    length = min(longest.stop - longest.start, 1024)
+    at, power = signal.welch(o.tau[longest] * o.shown, o.rate, nperseg=length, axis=0, detrend="constant")
+    return np.stack([np.interp(frequency, at, column) for column in power.T], axis=1)
+
+
+def _forces(bench: Workbench, p: Array, frequency: Array, positions: Array) -> Array:
+    """(m, n) power density of the efforts that accelerations need, from that of positions."""
+    o = bench.observation
+    inertia = bench.kernel.mass_matrix_p_batch(np.ascontiguousarray(o.q), p)
     accelerations = (2.0 * np.pi * frequency[:, None]) ** 4 * positions
-    forces: Array = accelerations @ np.mean(inertia**2, axis=0).T * o.shown**2
-    return np.asarray(loudest_density(bench, p) ** 2 + forces)
+    return np.asarray(accelerations @ np.mean(inertia**2, axis=0).T * o.shown**2)

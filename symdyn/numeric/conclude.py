@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.numeric.alarms import absorbing, even, unearthly, weightless
-from symdyn.numeric.beyond_noise import beyond_noise
+from symdyn.numeric.beyond_noise import beyond_noise, left_by_positions
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
@@ -46,7 +46,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     after = Errors(relative_error(r_training, bench.reference), relative_error(r_heldout, judge.reference))
     densities = [noise_density(each, emitted.values) for each in (bench, judge)]
     steps = left_by_steps(inquiry)
-    ways = zip((bench, judge), densities, steps, strict=True)
+    ways = list(zip((bench, judge), densities, steps, strict=True))
     noise = [np.hypot(in_band(density, each), left) for each, density, left in ways]  # of efforts, and of encoders
     sampled = case.left_by_sampling(final)
     unseen = np.hypot(steps[1], np.sqrt(np.mean(sampled**2, axis=0)))  # (n,) what samples and steps do not show
@@ -62,6 +62,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         float(np.min(judge.observation.motions)) / judge.edge,
         beyond,
     )
+    whole = [np.hypot(in_band(d, b), np.maximum(s, left_by_positions(b, emitted.values))) for b, d, s in ways]
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     told = []
     skew = skew_left(case, final)
@@ -95,7 +96,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         heldout=heldout,
         traces=_traces((first.judge, given.fit.p), (judge, emitted.values), densities[1], tuple(case.joints)),
         located=_with_rest(where_and_when(first, given), remaining, judge, groups),
-        noise_floor=_noise_floor(case, (bench, judge), noise),
+        noise_floor=_noise_floor(case, (bench, judge), whole),
     )
 
 

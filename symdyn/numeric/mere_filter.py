@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from symdyn.numeric.beyond_noise import left_by_positions
 from symdyn.numeric.explanation import joint_errors
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.leftover import leftover, variables
@@ -27,7 +28,8 @@ def merely_filters(after: Inquiry) -> str | None:
     if not swinging:
         return None
     bare = case.explain(tuple(item for item in current.found if not item[0].swings), current)
-    noise = np.hypot(in_band(noise_density(case.judge, bare.fit.p), case.judge), left_by_steps(after)[1])
+    positions = np.maximum(left_by_steps(after)[1], left_by_positions(case.judge, bare.fit.p))
+    noise = np.hypot(in_band(noise_density(case.judge, bare.fit.p), case.judge), positions)
     there = [case.joints.index(c.place.address) for c, _ in current.found if c.swings]
     if np.all(np.sqrt(np.mean(bare.heldout**2, axis=0))[there] <= noise[there]):
         return f"{swinging} fits best, and takes off no more than noise"
