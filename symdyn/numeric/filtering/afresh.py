@@ -24,6 +24,7 @@ from symdyn.numeric.filtering.explain import (
     ready,
     that_earns,
 )
+from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.late import absorbing
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
@@ -40,14 +41,18 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     """A likelier fit with the same effects, begun once more from the model as given; None where there is none.
 
     A fit without what is missing may carry parameters where none leads back from (a motor's inertia to next to
-    nothing). Asked for only where some went far, or free runs are off by more than the sensors' noise.
+    nothing), and may find inputs held between samples that go straight, or the other way round. Asked for only where
+    some went far, or free runs are off by more than the sensors' noise.
     """
     if not absorbing(current) and not _off(model, current):
         return None
     progress("once more from the model as given")
     bench, p = _as_given(model, current)
-    quiet = fit(bench.with_noise(bench.noise.quiet), p, current.beliefs)
-    ways = fit(bench, p, current.beliefs), _let_in(current.fit.bench.noise, quiet, current.beliefs)
+    quiet, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
+    near = graduated(model, bench, p, beliefs)
+    starts = (quiet, p), (quiet, near), (quiet.with_inputs(not bench.held), near)
+    best = min((fit(each, start, beliefs) for each, start in starts), key=lambda each: each.loss)
+    ways = fit(bench, p, current.beliefs), _let_in(current.fit.bench.noise, best, current.beliefs)
     again = min(ways, key=lambda each: each.loss)
     if again.loss > current.fit.loss - WORTH:
         return None

@@ -20,6 +20,7 @@ DEAF = 1e30  # variance of a measurement that a filter does not listen to
 SHIFT = 0.05  # of a step, for the difference quotient of a delay
 TOO_LITTLE = 0.05  # nats that a step of a fit promises: less is not worth a run of the filter
 FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
+SWINGS = 2.0  # periods of a part that is not measured, after which those that are have told where it is
 BENT = 1e-2  # of the travel: what a hidden displacement may be at the start
 
 
@@ -78,12 +79,14 @@ class FilterBench:
     ) -> None:
         """``held``: an input keeps its value over a step; else it goes straight to its next sample.
 
-        ``delays`` names parameters beyond the kernel's: by how much each input comes late, in s.
+        ``delays`` names parameters beyond the kernel's: by how much each input comes late, in s. ``settling`` in s is
+        how long the states of parts that nobody measures are a guess.
         """
         self.kernel, self.signals, self.noise = kernel, signals, noise
         self.held, self.substeps, self.delays = held, substeps, tuple(delays)
         self.index = {name: i for i, name in enumerate((*kernel.parameters, *delays))}
-        self._start, self._spread = _start(kernel, signals)
+        self._start, self._spread, slowest = _start(kernel, signals)
+        self.settling = max(BASELINE, SWINGS * 2.0 * np.pi / slowest) if slowest else BASELINE
         module = kernel.module
         self._rates = (
             module.state_derivative_p_into,
@@ -99,6 +102,10 @@ class FilterBench:
 
     def with_noise(self, noise: Noise) -> FilterBench:
         return FilterBench(self.kernel, self.signals, noise, self.held, self.substeps, self.delays)
+
+    def with_inputs(self, held: bool) -> FilterBench:
+        """The same filter, its inputs held between samples, or going straight."""
+        return FilterBench(self.kernel, self.signals, self.noise, held, self.substeps, self.delays)
 
     def in_steps(self, many: int) -> FilterBench:
         """The same filter, with so many steps in place of one."""
@@ -213,8 +220,10 @@ def _between(y: Array, parts: int) -> Array:
     return wide.reshape(-1, y.shape[1])
 
 
-def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
+def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float]:
     """(n,) state before the first sample and its covariance (n, n): what is measured, else rest with room around it.
+
+    Last, the frequency (rad/s) of the slowest swing that is not measured, 0 where there is none.
 
     The parts of one drive move together, geared, but for a twist. A speed that only a position tells begins as it does:
     linearised at rest, dry friction would hold what moves, and the filter would believe it.
@@ -239,7 +248,11 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
             x[coordinates + index] = _first_speed(signals, signals.y[:, c])
             measured.add(coordinates + int(index))
     travel = np.where(travel > 0.0, travel, speed * len(signals.y) * float(np.nanmedian(signals.steps)))
-    for first, size, apart in ((0, 1e-2 * travel, 1e-4 * travel), (coordinates, speed, 1e-2 * speed)):
+    bend, rate = _bends(kernel, x, signals.u[0], [i for i in range(coordinates) if i not in measured], speed, travel)
+    for first, size, apart, more in (
+        (0, 1e-2 * travel, 1e-4 * travel, bend),
+        (coordinates, speed, 1e-2 * speed, rate * bend),
+    ):
         for i in range(coordinates):
             same = np.flatnonzero(joints == joints[i])
             known = [j for j in same if first + j in measured]
@@ -247,11 +260,28 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array]:
                 x[first + i] = x[first + known[0]] * turns[i] / turns[known[0]]
             for j in same:
                 cov[first + i, first + j] = turns[i] * turns[j] * size[i] ** 2
-            cov[first + i, first + i] += (turns[i] * apart[i]) ** 2
+            cov[first + i, first + i] += max(abs(turns[i]) * apart[i], more[i]) ** 2
     bent = BENT * float(travel.max())
     for i in range(2 * coordinates, n):
         cov[i, i] = {"1": 1.0, "rad": bent, "m": bent}.get(kernel.state_units[i], other) ** 2
-    return x, cov
+    return x, cov, float(np.min(rate[rate > 0.0], initial=np.inf)) if np.any(rate > 0.0) else 0.0
+
+
+def _bends(
+    kernel: Kernel, x: Array, u: Array, hidden: Sequence[int], speed: Array, travel: Array
+) -> tuple[Array, Array]:
+    """(c,) how far hidden coordinates may be from where nothing is bent, and the frequencies at which they swing there.
+
+    What accelerates them there (weight, an input, the motion itself), over what a bent shaft does.
+    """
+    n, p = len(kernel.coordinates), kernel.values
+    bend, frequency = np.zeros(n), np.zeros(n)
+    pushed = np.abs(kernel.state_derivative_p(x, u, p)[n : 2 * n])
+    back = -np.diag(kernel.state_derivative_state_jacobian_p(x, u, p)[n : 2 * n, :n])
+    for i in hidden:
+        if back[i] > 0.0 and travel[i] > 0.0:
+            bend[i], frequency[i] = (pushed[i] + speed[i] ** 2 / travel[i]) / back[i], np.sqrt(back[i])
+    return bend, frequency
 
 
 def _first_speed(signals: Signals, position: Array) -> float:

@@ -73,8 +73,9 @@ def diagnose_hidden(
             findings.append(finding(model, pair[0].after, pair[1], pair))
             current = pair[1].after
         elif best is not None:
-            findings.append(finding(model, current, best, tried))
-            current = best.after
+            new = finding(model, current, best, tried)
+            current = relieved(model, best.after, progress) or best.after
+            findings.append(replace(new, heldout_after=current.heldout))
         else:
             break
         progress(f"found: {findings[-1].title} at {findings[-1].place}")

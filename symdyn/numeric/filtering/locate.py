@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, natural_force, with_latent, without_latent
 from symdyn.numeric.filtering.places import Latent
@@ -44,14 +45,13 @@ class Place:
 def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
     """The model without any unknown force, fitted, and with one at each place, best first."""
     fits: list[tuple[Latent, MLFit]] = []
-    p = model.values
-    held, noise = False, without_latent(model, model.training)
+    p, held, noise = model.values, False, without_latent(model, model.training)
     for latent in model.latents:
         progress(f"an unknown force at {latent.place}")
         if not fits:  # whether inputs are held between samples, or go straight: what the innovations say
-            straight, kept = (_fitted(model, latent, p, noise, choice, FEW) for choice in (False, True))
-            held = kept.loss < straight.loss
-            p, noise = (kept if held else straight).p, (kept if held else straight).bench.noise
+            ways = [_fitted(model, latent, p, noise, way, FEW) for way in (False, True)]
+            likeliest = min((*ways, *_without(model, noise)), key=lambda each: each.loss)
+            p, noise, held = likeliest.p, likeliest.bench.noise, likeliest.bench.held
         fits.append((latent, _fitted(model, latent, p, noise, held, ROUNDS if not fits else FEW)))
         best = min(fits, key=lambda item: item[1].loss)[1]
         p, noise = best.p, best.bench.noise
@@ -81,6 +81,13 @@ def certainly_apart(first: Array, second: Array) -> bool:
         return False
     spread = float(np.sqrt(max(long_run_covariance(difference[:, None])[0, 0], 0.0) / len(difference)))
     return abs(mean) > APART * spread
+
+
+def _without(model: Model, noise: Noise) -> list[MLFit]:
+    """Fits without an unknown force, of inputs that go straight or are held, from where many forces led to."""
+    benches = [model.bench(model.training, noise, held) for held in (False, True)]
+    near = graduated(model, benches[1], model.values, model.beliefs)
+    return [fit(bench, near, model.beliefs, settled=ROUGH, most=ROUNDS) for bench in benches]
 
 
 def _closer(bench: FilterBench, start: MLFit, model: Model) -> MLFit:

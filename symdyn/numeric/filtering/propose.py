@@ -220,6 +220,8 @@ def _two_tell_more(model: Model, best: Step | None, flexible: Explanation, progr
 
 def finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, ...]) -> Finding:
     candidate = chosen.score.candidate
+    own = candidate.effect, candidate.place.address
+    tried = tuple(s for s in tried if (s.score.candidate.effect, s.score.candidate.place.address) != own)
     same = alike(chosen, tried)
     elsewhere = [s.score.candidate.place.address for s in same if s.score.candidate.effect == candidate.effect]
     rivals = tuple(
@@ -230,7 +232,7 @@ def finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, 
     others = tuple(
         Alternative(s.score.candidate.effect, s.score.candidate.place.address, s.after.heldout)
         for s in tried
-        if s is not chosen and s not in same
+        if s not in same
     )
     return Finding(
         candidate.effect,

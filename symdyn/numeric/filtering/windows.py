@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.bench import FilterBench
-from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
@@ -22,16 +21,16 @@ def free_runs(bench: FilterBench, p: Array) -> Array:
     """(N, m) prediction of every channel, started anew from the filter's state every ``WINDOW`` seconds.
 
     Latent forces are left out: this is the model alone. Where a gap cuts a window it ends. The first one begins a
-    moment late: until then a speed that nobody measures is a guess.
+    moment late, a quarter of the stretch at most: until then speeds and twists that nobody measures are a guess.
     """
     s = bench.signals
     n = len(bench.kernel.states)
     states = bench.filtered(p).states[:, :n]
-    length, moment = _length(s), max(1, round(BASELINE / float(np.nanmedian(s.steps))))
+    length, moment = _length(s), max(1, round(bench.settling / float(np.nanmedian(s.steps))))
     predicted = np.full_like(s.y, np.nan)
     ends = [0, *(int(i) + 1 for i in np.flatnonzero(np.isnan(s.steps)))]
     for first, last in pairwise(ends):
-        for start in range(first + moment, last, length):
+        for start in range(first + min(moment, (last - first) // 4), last, length):
             stop = min(start + length, last)
             if stop - start >= FEWEST:
                 predicted[start:stop] = bench.simulated(p, states[start], start, stop)
