@@ -248,17 +248,19 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float]:
             x[coordinates + index] = _first_speed(signals, signals.y[:, c])
             measured.add(coordinates + int(index))
     travel = np.where(travel > 0.0, travel, speed * len(signals.y) * float(np.nanmedian(signals.steps)))
-    bend, rate = _bends(kernel, x, signals.u[0], [i for i in range(coordinates) if i not in measured], speed, travel)
+    for first in (0, coordinates):
+        for i in range(coordinates):
+            known = [j for j in np.flatnonzero(joints == joints[i]) if first + j in measured]
+            if known and first + i not in measured:
+                x[first + i] = x[first + known[0]] * turns[i] / turns[known[0]]
+    hidden = [i for i in range(coordinates) if i not in measured]
+    bend, rate = _bends(kernel, x, signals.u[0], hidden, speed, travel)
     for first, size, apart, more in (
         (0, 1e-2 * travel, 1e-4 * travel, bend),
         (coordinates, speed, 1e-2 * speed, rate * bend),
     ):
         for i in range(coordinates):
-            same = np.flatnonzero(joints == joints[i])
-            known = [j for j in same if first + j in measured]
-            if known and first + i not in measured:
-                x[first + i] = x[first + known[0]] * turns[i] / turns[known[0]]
-            for j in same:
+            for j in np.flatnonzero(joints == joints[i]):
                 cov[first + i, first + j] = turns[i] * turns[j] * size[i] ** 2
             cov[first + i, first + i] += max(abs(turns[i]) * apart[i], more[i]) ** 2
     bent = BENT * float(travel.max())
