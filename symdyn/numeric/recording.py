@@ -101,6 +101,8 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
         kept, told = shows_motion(measured, segments, where)
         time, lines = time[kept], lines[kept]
         measured = [(channel, values[kept]) for channel, values in measured]
+        if problems := check_time(time, channel_map.time_column, lambda row: where(row, time_column), lines):
+            raise BadRecording((*told, *problems))
         segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
         doubts += told
     errors, warnings = check_channels(time, segments, measured, places)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.base.errors import BadRecording
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Verdict
 from symdyn.numeric.recording import Recording
@@ -71,6 +72,15 @@ def test_what_a_machine_does_stays(change: object, tmp_path: Path) -> None:
     found = read(tmp_path, *change(*turning(2, amplitude=1.2)))
     assert codes(found) == []
     assert len(found.time) == len(TIME)
+
+
+def test_too_little_may_be_left(tmp_path: Path) -> None:
+    q, tau = turning(1, amplitude=1.2)
+    stop = 100 + int(np.argmax(np.abs(np.gradient(q)[100:190])))
+    q[stop:], tau[stop:] = q[stop], tau[stop]
+    with pytest.raises(BadRecording) as caught:
+        read(tmp_path, q, tau)
+    assert [problem.code for problem in caught.value.problems] == ["SD535", "SD508"]
 
 
 def test_rows_without_motion_are_no_physics(tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ from symdyn.numeric.verdict import NEGLIGIBLE
 
 Array = NDArray[np.float64]
 
+TWICE = 0.75  # of an error's power beyond noise: it is twice as large as that
 LITTLE = (1e-2, 1e-9)  # of the power of an unknown force: how it may be let in again
 
 
@@ -52,11 +53,20 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     near = graduated(model, bench, p, beliefs)
     starts = (quiet, p), (quiet, near), (quiet.with_inputs(not bench.held), near)
     best = min((fit(each, start, beliefs) for each, start in starts), key=lambda each: each.loss)
-    ways = fit(bench, p, current.beliefs), _let_in(current.fit.bench.noise, best, current.beliefs)
+    ways = fit(bench, p, beliefs), _let_in(current.fit.bench.noise, best, beliefs)
     again = min(ways, key=lambda each: each.loss)
     if again.loss > current.fit.loss - WORTH:
         return None
-    return explained(model, current.found, current.beliefs, again)
+    return explained(model, current.found, beliefs, again)
+
+
+def put_back(model: Model, current: Explanation, progress: Progress) -> Explanation:
+    """The same effects, begun once more where free runs are off by twice the sensors' noise and that is likelier.
+
+    What was fitted before an effect was found may be astray; the next effect would be one that makes up for it.
+    """
+    again = relieved(model, current, progress) if _off(model, current, TWICE) else None
+    return again or current
 
 
 def unburdened(model: Model, step: Step) -> Step:
@@ -107,11 +117,11 @@ def afresh(
     return that_earns(model, current, tried, alarms), tried
 
 
-def _off(model: Model, current: Explanation) -> bool:
+def _off(model: Model, current: Explanation, share: float = SHARE) -> bool:
     """Whether free runs, held out, are off by more than the noise of the sensors, and by anything to speak of."""
     return (
         current.heldout > NEGLIGIBLE
-        and beyond(current.heldout, overall(noise_alone(model.heldout, current.fit.bench.noise.r))) > SHARE
+        and beyond(current.heldout, overall(noise_alone(model.heldout, current.fit.bench.noise.r))) > share
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
-from symdyn.numeric.filtering.afresh import afresh, relieved, unburdened
+from symdyn.numeric.filtering.afresh import afresh, put_back, relieved, unburdened
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.explain import (
@@ -74,7 +74,7 @@ def diagnose_hidden(
             current = pair[1].after
         elif best is not None:
             new = finding(model, current, best, tried)
-            current = relieved(model, best.after, progress) or best.after
+            current = put_back(model, best.after, progress)
             findings.append(replace(new, heldout_after=current.heldout))
         else:
             break
