@@ -45,13 +45,16 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     nothing), and may find inputs held between samples that go straight, or the other way round. Asked for only where
     some went far, or free runs are off by more than the sensors' noise.
     """
-    if not absorbing(current) and not _off(model, current):
+    off = _off(model, current)
+    if not absorbing(current) and not off:
         return None
     progress("once more from the model as given")
     bench, p = _as_given(model, current)
     quiet, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
-    near = graduated(model, bench, p, beliefs)
-    starts = (quiet, p), (quiet, near), (quiet.with_inputs(not bench.held), near)
+    starts = [(quiet, p)]
+    if off:
+        near = graduated(model, bench, p, beliefs)
+        starts += [(quiet, near), (quiet.with_inputs(not bench.held), near)]
     best = min((fit(each, start, beliefs) for each, start in starts), key=lambda each: each.loss)
     ways = fit(bench, p, beliefs), _let_in(current.fit.bench.noise, best, beliefs)
     again = min(ways, key=lambda each: each.loss)
