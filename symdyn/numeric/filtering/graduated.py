@@ -26,6 +26,8 @@ def graduated(model: Model, bench: FilterBench, p: Array, beliefs: Beliefs) -> A
     of its likelihood then lead a long way: to the masses of a pendulum behind a soft shaft, which a filter that
     believes in its equations does not find past the first few swings.
     """
+    if not beliefs:
+        return p
     noise = bench.noise.quiet
     natural = np.array([natural_force(model, bench.signals, d) for d in noise.directions.T])
     for power in POWERS:

@@ -47,7 +47,7 @@ def test_a_spring_or_a_weight_is_told_by_the_input_that_is_designed(tmp_path: Pa
     runs = [record(tmp_path / f"{seed}.csv", robot, seed, size=0.03, unbalance=0.02) for seed in (1, 2)]
     found = diagnose(robot, *runs)
     assert (found.verdict, [f.effect for f in found.findings]) == ("ambiguous", ["linear_spring"])
-    limits, path = ["axis:lower=-20,upper=20,velocity=200,input=2"], tmp_path / "next.csv"
+    limits, path = read_limits(["axis:lower=-20,upper=20,velocity=200,input=2"]), tmp_path / "next.csv"
     asked = add_experiment(found, runs[0], limits, Plan(duration=10.0), path, lambda _: None)
     told = asked.next_experiment
     assert told is not None
