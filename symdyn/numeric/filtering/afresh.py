@@ -103,7 +103,6 @@ def afresh(
     progress("every hypothesis on the model as given")
     bench, p = _as_given(model, current)
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
-    p = graduated(model, bench, p, beliefs)
     ranked = scores(bench, p, tuple(beliefs), ready(model, current), progress)
     promising = [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
 

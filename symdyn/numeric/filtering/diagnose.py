@@ -19,12 +19,10 @@ from symdyn.numeric.filtering.explain import (
     without_effect,
 )
 from symdyn.numeric.filtering.hypotheses import free_parameters
-from symdyn.numeric.filtering.likelihood import MLFit
-from symdyn.numeric.filtering.locate import Place, locate
+from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, holding, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
-from symdyn.numeric.filtering.windows import overall
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
@@ -32,7 +30,6 @@ from symdyn.spec.records import Robot
 Progress = Callable[[str], None]
 
 MAX_FINDINGS = 6
-BENT = 0.5  # times the free-run error beside an unknown force: without it parameters are nearer
 NEEDED = 5.0  # nats that an earlier finding must still bring beside the later ones
 
 
@@ -48,7 +45,8 @@ def diagnose_hidden(
     progress(f"deriving and compiling {robot.name} with every hypothesis")
     model = as_given = holding(prepare(robot, training, heldout), held)
     none, places = locate(model, progress)
-    given = current = _begun(model, none, places)
+    start = places[0].fit if places and places[0].gain > 0.0 else none
+    given = current = explained(model, (), model.beliefs, start)
     findings: list[Finding] = []
     alarms: list[str] = []
     recordings = (training, heldout)
@@ -86,18 +84,6 @@ def diagnose_hidden(
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _reexamined(model, current, findings, alarms)
     return conclude(model, as_given, robot, places, given, current, findings, alarms, (training.name, heldout.name))
-
-
-def _begun(model: Model, none: MLFit, places: Sequence[Place]) -> Explanation:
-    """With the likeliest unknown force; or without any, where that one bends parameters so that free runs are far off.
-
-    A force of any size makes up for parameters of any kind, sample by sample.
-    """
-    alone = explained(model, (), model.beliefs, none)
-    if not places or places[0].gain <= 0.0:
-        return alone
-    helped = explained(model, (), model.beliefs, places[0].fit)
-    return alone if overall(alone.errors[0]) < BENT * overall(helped.errors[0]) else helped
 
 
 def _reexamined(

@@ -44,40 +44,26 @@ class Place:
 
 def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
     """The model without any unknown force, fitted, and with one at each place, best first."""
-    noise = without_latent(model, model.training)
-    first = model.latents[0]
-    # Whether inputs are held between samples, or go straight: what the innovations say.
-    begun = min((_fitted(model, first, model.values, noise, way, FEW) for way in (False, True)), key=_loss)
-    fits = _at_each(model, begun, progress)
-    progress("no unknown force")
-    best = min((done for _, done in fits), key=_loss)
-    quiet = min(_without(model, noise), key=_loss)
-    if quiet.loss < best.loss - TOGETHER:  # unknown forces led nowhere: they begin where none was needed
-        fits = _at_each(model, quiet, progress)
-        best = min((done for _, done in fits), key=_loss)
-    none = min(_closer(best.bench.with_noise(best.bench.noise.quiet), best, model), quiet, key=_loss)
-    places = tuple(Place(latent, done, none.loss - done.loss) for latent, done in fits)
-    return none, tuple(sorted(places, key=lambda place: -place.gain))
-
-
-def _at_each(model: Model, begun: MLFit, progress: Callable[[str], None]) -> list[tuple[Latent, MLFit]]:
-    """Fits with an unknown force at one place each, the likely ones further."""
     fits: list[tuple[Latent, MLFit]] = []
-    p, noise, held = begun.p, begun.bench.noise, begun.bench.held
+    p, held, noise = model.values, False, without_latent(model, model.training)
     for latent in model.latents:
         progress(f"an unknown force at {latent.place}")
-        fits.append((latent, _fitted(model, latent, p, noise, held, FEW if fits else ROUNDS)))
-        best = min((done for _, done in fits), key=_loss)
+        if not fits:  # whether inputs are held between samples, or go straight: what the innovations say
+            ways = [_fitted(model, latent, p, noise, way, FEW) for way in (False, True)]
+            likeliest = min((*ways, *_without(model, noise)), key=lambda each: each.loss)
+            p, noise, held = likeliest.p, likeliest.bench.noise, likeliest.bench.held
+        fits.append((latent, _fitted(model, latent, p, noise, held, ROUNDS if not fits else FEW)))
+        best = min(fits, key=lambda item: item[1].loss)[1]
         p, noise = best.p, best.bench.noise
     for i, (latent, rough) in enumerate(fits):
         if rough.loss - best.loss < NEAR:
             progress(f"an unknown force at {latent.place}, closer")
             fits[i] = latent, _closer(rough.bench, rough, model)
-    return fits
-
-
-def _loss(of: MLFit) -> float:
-    return of.loss
+    progress("no unknown force")
+    best = min(fits, key=lambda item: item[1].loss)[1]
+    none = _closer(best.bench.with_noise(best.bench.noise.quiet), best, model)
+    places = tuple(Place(latent, done, none.loss - done.loss) for latent, done in fits)
+    return none, tuple(sorted(places, key=lambda place: -place.gain))
 
 
 def together(place: Place, places: Sequence[Place]) -> tuple[str, ...]:

@@ -131,8 +131,8 @@ def test_an_elastic_joint_that_lacks_nothing_is_complete(tmp_path: Path) -> None
     "sensors",
     [
         LINK_ENCODER,
-        # Free runs are off by 0.12 % without any play: a spring at the arm fits the motor's angle better than play does.
-        pytest.param("", marks=pytest.mark.xfail(strict=True, reason="told as a spring at the arm, or an unbalance")),
+        # Well-fitted, free runs are off by 0.12 % without any play.
+        pytest.param("", marks=pytest.mark.xfail(strict=True, reason="unexplained: inertias make up for it")),
     ],
 )
 def test_play_of_the_gear_is_named_and_placed(tmp_path: Path, sensors: str) -> None:
