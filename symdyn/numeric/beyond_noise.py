@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, signal, stats
 
-from symdyn.numeric.noise_floor import loudest_density
+from symdyn.numeric.noise_floor import loudest_density, power_density
 from symdyn.numeric.observation import passed
 from symdyn.numeric.position_noise import position_density
 from symdyn.numeric.position_spectrum import spectrum
@@ -101,9 +101,7 @@ def _of_sensors(bench: Workbench, p: Array, frequency: Array) -> Array:
 def _efforts(bench: Workbench, frequency: Array) -> Array:
     """(m, n) power density of the efforts, as residuals show them."""
     o = bench.observation
-    longest = max(o.segments, key=lambda part: part.stop - part.start)
-    length = min(longest.stop - longest.start, 1024)
-    at, power = signal.welch(o.tau[longest] * o.shown, o.rate, nperseg=length, axis=0, detrend="constant")
+    at, power, _ = power_density(o.tau * o.shown, o)
     return np.stack([np.interp(frequency, at, column) for column in power.T], axis=1)
 
 

@@ -16,6 +16,7 @@ from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.numeric.recording_checks import MANY_TURNS
 from symdyn.numeric.setting import Setting
 from symdyn.spec.records import JointKind, Quantity
 
@@ -27,8 +28,8 @@ HOPEFUL = 0.8  # times the error at the parameters as given: what does no better
 CURES = 0.3  # times the held-out error of the fit: physics that is missing is not cured by a sign
 DRIVING = (Quantity.EFFORT, Quantity.CURRENT, Quantity.VOLTAGE)
 SLOW, QUICK = 0.02, 1e-4  # s: samples that come later, or sooner, may have their time in another unit
-MANY_TURNS, LITTLE = 4.0 * math.pi, 0.05  # rad: angles that go further, or less far, may be in another unit
-DEGREE = math.pi / 180.0
+LITTLE = 0.05  # rad: angles that go less far may be in rad where the map says degrees
+DEGREE = math.radians(1.0)
 TIMES = {1.0: "s", 1e-3: "ms", 1e-6: "us"}
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import signal, special
 
 from symdyn.numeric.band import SAMPLES_PER_PERIOD
-from symdyn.numeric.observation import FILTER_ORDER
+from symdyn.numeric.observation import FILTER_ORDER, Observation
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -42,14 +42,20 @@ def loudest_density(bench: Workbench, p: Array) -> Array:
 def _of_sensors(bench: Workbench, p: Array) -> tuple[Array, Array, float]:
     """Frequencies (m,) at which a residual is the sensors' alone, its power density (m, n), and its freedom."""
     o = bench.observation
-    residual = bench.raw_residual(p) * o.shown
-    longest = max(o.segments, key=lambda part: part.stop - part.start)
-    length = min(longest.stop - longest.start, 1024)
-    frequency, power = signal.welch(residual[longest], o.rate, nperseg=length, axis=0, detrend="constant")
+    frequency, power, freedom = power_density(bench.raw_residual(p) * o.shown, o)
     clear = frequency > CLEAR * o.cutoff
     if np.count_nonzero(clear) < FEWEST_BINS:
         clear = frequency > 0.75 * frequency[-1]
-    return frequency[clear], power[clear], 2.0 * (longest.stop - longest.start) / length
+    return frequency[clear], power[clear], freedom
+
+
+def power_density(values: Array, observation: Observation) -> tuple[Array, Array, float]:
+    """Of values (N, n) over the longest stretch: frequencies (m,) in Hz, density per hertz (m, n), and its freedom."""
+    longest = max(observation.segments, key=lambda part: part.stop - part.start)
+    count = longest.stop - longest.start
+    length = min(count, 1024)
+    at, power = signal.welch(values[longest], observation.rate, nperseg=length, axis=0, detrend="constant")
+    return at, power, 2.0 * count / length
 
 
 def _level(power: Array, freedom: float) -> Array:

@@ -97,14 +97,16 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
         column, spikes = without_spikes(channel, column, segments, places[channel])
         measured.append((channel, _to_si(column, channel)))
         doubts += (*turns, *spikes)
+    left_out: list[Problem] = []
     for shows_motion in (without_stills, without_unsettled):
-        kept, told = shows_motion(measured, segments, where)
+        kept, told = shows_motion(measured, split_at_gaps(time, where)[0], where)
         time, lines = time[kept], lines[kept]
         measured = [(channel, values[kept]) for channel, values in measured]
-        if problems := check_time(time, channel_map.time_column, lambda row: where(row, time_column), lines):
-            raise BadRecording((*told, *problems))
-        segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
-        doubts += told
+        left_out += told
+        problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), lines)
+        if problems:
+            raise BadRecording((*left_out, *problems))
+    segments, gap_errors, gap_warnings = split_at_gaps(time, lambda row: where(row, time_column))
     errors, warnings = check_channels(time, segments, measured, places)
     worse, more = check_sensors(time, segments, measured, places)
     if gap_errors or errors or worse:
@@ -117,7 +119,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
         channels=MappingProxyType({_key(channel): values for channel, values in measured}),
         sample_time=float(np.median(np.diff(time))),
         segments=segments,
-        warnings=(*gap_warnings, *doubts, *warnings, *more),
+        warnings=(*gap_warnings, *doubts, *left_out, *warnings, *more),
         sha256=table.sha256,
     )
 

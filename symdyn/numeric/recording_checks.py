@@ -12,6 +12,7 @@ from symdyn.numeric.recording_time import Samples, Segments
 from symdyn.spec.records import Channel, Quantity
 
 _WINDOW = 16  # samples over which a change of position is held against the integral of velocity
+MANY_TURNS = 4.0 * math.pi  # rad: angles that go further may be in degrees
 _KNOWN_RATIOS = (
     (180 / math.pi, "the position is in degrees where the velocity is in rad/s"),
     (math.pi / 180, "the velocity is in deg/s where the position is in rad"),
@@ -47,7 +48,7 @@ def check_channels(
 
 def _suspect_degrees(channel: Channel, values: Samples, where: Where) -> list[Problem]:
     largest = float(np.max(np.abs(values)))
-    if largest <= 4 * math.pi:
+    if largest <= MANY_TURNS:
         return []
     message = f"'{channel.column}' reaches {largest:.4g} rad, more than two turns"
     return [Problem("SD506", message, where, 'if the column is in degrees, write unit = "deg"')]

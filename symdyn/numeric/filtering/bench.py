@@ -266,7 +266,7 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float]:
     bent = BENT * float(travel.max())
     for i in range(2 * coordinates, n):
         cov[i, i] = {"1": 1.0, "rad": bent, "m": bent}.get(kernel.state_units[i], other) ** 2
-    return x, cov, float(np.min(rate[rate > 0.0], initial=np.inf)) if np.any(rate > 0.0) else 0.0
+    return x, cov, min((float(each) for each in rate if each > 0.0), default=0.0)
 
 
 def _bends(

@@ -7,9 +7,12 @@ from types import MappingProxyType
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Side
+
+Array = NDArray[np.float64]
 
 RATIO = 50.0
 TRUE = {"m": 3.0, "r": 0.3, "I": 0.03, "J": 1e-4, "k": 0.06, "d": 3e-5, "b": 1e-4}
@@ -66,7 +69,19 @@ def run(seed: int, dry: float = 0.0, cubic: float = 0.0) -> Recording:
 
 
 @njit
-def simulate(reference, speeds, dry, cubic, m, r, inertia, rotor, k, d, b):  # type: ignore[no-untyped-def]
+def simulate(
+    reference: Array,
+    speeds: Array,
+    dry: float,
+    cubic: float,
+    m: float,
+    r: float,
+    inertia: float,
+    rotor: float,
+    k: float,
+    d: float,
+    b: float,
+) -> tuple[Array, Array]:
     """Angle of the motor, and its torque, held over each sample; semi-implicit steps, dry friction set-valued."""
     q, w, weight = reference[0], speeds[0], m * 9.81 * r
     angle, speed = RATIO * q + weight * math.cos(q) / RATIO / k, RATIO * w
