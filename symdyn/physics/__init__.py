@@ -1,5 +1,5 @@
 """The catalogue of physical effects: one file each in ``effects/``, found by looking, not by a list."""
 
-from symdyn.physics.registry import catalogue, effect, load_dependent, schemas
+from symdyn.physics.registry import catalogue, effect, law_variables, load_dependent, schemas, with_play
 
-__all__ = ["catalogue", "effect", "load_dependent", "schemas"]
+__all__ = ["catalogue", "effect", "law_variables", "load_dependent", "schemas", "with_play"]

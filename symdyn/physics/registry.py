@@ -9,7 +9,7 @@ from functools import cache
 
 from symdyn.base import symbols
 from symdyn.physics import effects
-from symdyn.physics.effect import PORT, Effect
+from symdyn.physics.effect import PORT, ZERO, Effect, Values
 from symdyn.spec.effect_schema import EffectSchema
 
 
@@ -38,9 +38,23 @@ def schemas() -> Mapping[str, EffectSchema]:
 @cache
 def load_dependent() -> frozenset[str]:
     """Identifiers of the effects whose force depends on the load at their place: another load tells them apart."""
-    found = []
-    for identifier, item in catalogue().items():
-        p = {schema.name: symbols.local(schema.name) for schema in item.parameters}
-        if item.force(PORT, p).has(PORT.load):
-            found.append(identifier)
-    return frozenset(found)
+    return frozenset(name for name, item in catalogue().items() if item.force(PORT, _parameters(item)).has(PORT.load))
+
+
+@cache
+def with_play() -> frozenset[str]:
+    """Identifiers of the effects that part what they join, within a clearance."""
+    return frozenset(name for name, item in catalogue().items() if item.play(_parameters(item)) is not None)
+
+
+@cache
+def law_variables(identifier: str) -> frozenset[str]:
+    """What an effect's force is a law in, of ``position`` and ``speed`` at its place; hidden states have none."""
+    item = effect(identifier)
+    p = _parameters(item)
+    force = sum((item.force(PORT, p), item.conservative(p), item.damping(p)), ZERO)
+    return frozenset(name for name, symbol in (("position", PORT.x), ("speed", PORT.v)) if force.has(symbol))
+
+
+def _parameters(item: Effect) -> Values:
+    return {schema.name: symbols.local(schema.name) for schema in item.parameters}

@@ -45,18 +45,18 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     nothing), and may find inputs held between samples that go straight, or the other way round. Asked for only where
     some went far, or free runs are off by more than the sensors' noise.
     """
-    off = _off(model, current)
-    if not absorbing(current) and not off:
+    far = off(model, current)
+    if not absorbing(current) and not far:
         return None
     progress("once more from the model as given")
-    bench, p = _as_given(model, current)
+    bench, p = as_given(model, current)
     quiet, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     starts = [(quiet, p)]
-    if off:
+    if far:
         near = graduated(model, bench, p, beliefs)
         starts += [(quiet, near), (quiet.with_inputs(not bench.held), near)]
     best = min((fit(each, start, beliefs) for each, start in starts), key=lambda each: each.loss)
-    ways = fit(bench, p, beliefs), _let_in(current.fit.bench.noise, best, beliefs)
+    ways = fit(bench, p, beliefs), let_in(current.fit.bench.noise, best, beliefs)
     again = min(ways, key=lambda each: each.loss)
     if again.loss > current.fit.loss - WORTH:
         return None
@@ -68,7 +68,7 @@ def put_back(model: Model, current: Explanation, progress: Progress) -> Explanat
 
     What was fitted before an effect was found may be astray; the next effect would be one that makes up for it.
     """
-    again = relieved(model, current, progress) if _off(model, current, TWICE) else None
+    again = relieved(model, current, progress) if off(model, current, TWICE) else None
     return again or current
 
 
@@ -85,7 +85,7 @@ def unburdened(model: Model, step: Step) -> Step:
     quiet = fit(bench.with_noise(bench.noise.quiet), after.fit.p, beliefs, settled=ROUGH, most=ROUNDS)
     if quiet.loss > after.fit.loss - WORTH:
         return step
-    again = explained(model, after.found, beliefs, _let_in(bench.noise, quiet, beliefs))
+    again = explained(model, after.found, beliefs, let_in(bench.noise, quiet, beliefs))
     return replace(step, after=again, gain=step.gain + after.fit.loss - again.fit.loss)
 
 
@@ -98,10 +98,10 @@ def afresh(
     anything any more. So they are asked where nothing has been made up yet: the given parameters, those of the effects
     found, and no unknown force. Only where free runs are off by more than the sensors' noise.
     """
-    if not _off(model, current):
+    if not off(model, current):
         return None, ()
     progress("every hypothesis on the model as given")
-    bench, p = _as_given(model, current)
+    bench, p = as_given(model, current)
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     ranked = scores(bench, p, tuple(beliefs), ready(model, current), progress)
     promising = [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
@@ -114,13 +114,13 @@ def afresh(
         return fit(bench, begun(bench, start, score.candidate, score.estimate), names, settled=ROUGH, most=ROUNDS)
 
     def end(rough: MLFit, names: Beliefs) -> MLFit:
-        return _let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
+        return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
 
     tried = fitted(model, current, promising, progress, begin, end)
     return that_earns(model, current, tried, alarms), tried
 
 
-def _off(model: Model, current: Explanation, share: float = SHARE) -> bool:
+def off(model: Model, current: Explanation, share: float = SHARE) -> bool:
     """Whether free runs, held out, are off by more than the noise of the sensors, and by anything to speak of."""
     return (
         current.heldout > NEGLIGIBLE
@@ -128,7 +128,7 @@ def _off(model: Model, current: Explanation, share: float = SHARE) -> bool:
     )
 
 
-def _as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
+def as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
     """Filter and parameters of the model as given, with what was found."""
     p, bench = current.fit.p.copy(), current.fit.bench
     for name in model.beliefs:
@@ -137,7 +137,7 @@ def _as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
     return bench.with_noise(_joined(first, now)), p
 
 
-def _let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
+def let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
     """The fit with those unknown forces again, which shall tell whether something is left."""
     little = (replace(unknown, power=part * unknown.power) for part in LITTLE)
     fits = [fit(of.bench.with_noise(_joined(of.bench.noise, each)), of.p, beliefs) for each in little]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
@@ -31,7 +31,7 @@ class Noise:
     ``directions`` (np, l) says along which parameters each force acts, ``decay`` (l,) in 1/s is the inverse of its
     correlation time, ``power`` (l,) its variance, which a fit takes to ``most`` (l,) at most. The first ``inputs`` of
     them are the noise of the inputs and of the equations, which is all but white: rounding, what an input does between
-    two samples, what a step of the filter leaves out.
+    two samples, what a step of the filter leaves out. ``first`` (inputs,) is the variance that those begin with.
     """
 
     r: Array
@@ -39,14 +39,18 @@ class Noise:
     decay: Array
     power: Array
     most: Array
-    inputs: int = 0
+    first: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def inputs(self) -> int:
+        return len(self.first)
 
     @property
     def quiet(self) -> Noise:
         """Without any force but the noise of the inputs and of the equations."""
         k = self.inputs
         decay, power, most = (x[:k].copy() for x in (self.decay, self.power, self.most))
-        return Noise(self.r, self.directions[:, :k].copy(), decay, power, most, k)
+        return Noise(self.r, self.directions[:, :k].copy(), decay, power, most, self.first)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,7 @@ from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.explain import ROUGH, ROUNDS, WORTH, Explanation
 from symdyn.numeric.filtering.hypotheses import kept
+from symdyn.numeric.filtering.law import refuted
 from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Model
@@ -26,8 +27,9 @@ from symdyn.numeric.findings import (
     NoiseFloor,
     Remaining,
     Traces,
+    Verdict,
 )
-from symdyn.numeric.verdict import ALL, EXPLAINED, that_matters, verdict_of
+from symdyn.numeric.verdict import ALL, EXPLAINED, HOLDS, that_matters, verdict_of
 from symdyn.physics import catalogue
 from symdyn.spec.edit import add_effect, free_rotor, set_effect, set_parameter
 from symdyn.spec.records import JOINT_END, Robot
@@ -56,8 +58,11 @@ def conclude(
     remaining = that_matters(_remaining(model, final, after, floor), findings, {})
     channels = model.heldout.names
     moved = _moved(model, final.fit)
+    wrong = refuted(model, final) if remaining.structured else ()
+    verdict = verdict_of(findings, remaining, before, after, ALL if moved else HOLDS if wrong else EXPLAINED)
+    told = [f"the law of {law} does not hold: what is left follows the {variable} there" for law, variable in wrong]
     return Diagnosis(
-        verdict=verdict_of(findings, remaining, before, after, ALL if moved else EXPLAINED),
+        verdict=verdict,
         robot=robot,
         diagnosed=diagnosed,
         findings=tuple(findings),
@@ -66,7 +71,7 @@ def conclude(
         after=after,
         per_joint={channel: Errors(float(a), float(b)) for channel, a, b in zip(channels, *final.errors, strict=True)},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *moved))),
+        alarms=tuple(dict.fromkeys((*alarms, *moved, *(told if verdict is Verdict.UNEXPLAINED else ())))),
         band=0.5 / float(np.nanmedian(model.training.steps)),
         training=names[0],
         heldout=names[1],

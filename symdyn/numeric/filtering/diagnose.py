@@ -8,6 +8,7 @@ from dataclasses import replace
 from symdyn.numeric.candidates import held_parameters
 from symdyn.numeric.filtering.afresh import afresh, put_back, relieved, unburdened
 from symdyn.numeric.filtering.conclude import conclude, parameters
+from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.explain import (
     Explanation,
@@ -55,6 +56,7 @@ def diagnose_hidden(
         remembering = lasting(model, current)
         best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
         best = unburdened(model, best) if best is not None else None
+        best, tried = loosened(model, current, best, tried, alarms, progress)
         pair = both(model, current, tried, progress) if best is None else None
         if best is None and pair is None:
             again = relieved(model, current, progress)

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 ITERATIONS = 30
 SETTLED = 0.5  # nats: what half of a sample's noise says
+NOTHING = 1e-6  # of the variance that noise of an input begins with
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ def fit(
     less, or after ``most`` rounds, with all forces as large as is believed most, where nothing else tells.
     """
     names = bool(beliefs)
-    bench = _scaled(bench, p)
+    bench = _revived(_scaled(bench, p), p)
     at = At(p.copy(), bench.filtered(p).loss + penalty(p, bench.index, beliefs))
     of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
@@ -93,6 +94,21 @@ def _scaled(bench: FilterBench, p: Array) -> FilterBench:
         if not after.loss < done.loss:
             break
         bench, done = trial, after
+    return bench
+
+
+def _revived(bench: FilterBench, p: Array) -> FilterBench:
+    """Noise of inputs that an unknown force did the work of, back where fits begin with it, where that is likelier.
+
+    In logarithms a variance of next to nothing has no slope: no step would find that out.
+    """
+    noise = bench.noise
+    for i in np.flatnonzero(noise.power[: noise.inputs] < NOTHING * noise.first):
+        power = bench.noise.power.copy()
+        power[i] = noise.first[i]
+        trial = bench.with_noise(replace(bench.noise, power=power))
+        if trial.filtered(p).loss < bench.filtered(p).loss:
+            bench = trial
     return bench
 
 

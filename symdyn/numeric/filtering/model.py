@@ -141,7 +141,8 @@ def without_latent(model: Model, signals: Signals) -> Noise:
             most.append(power[-1])
     decay = np.full(len(power), FASTEST / float(np.nanmedian(signals.steps)))
     columns = np.array(directions).T if directions else np.zeros((len(model.kernel.parameters), 0))
-    return Noise(r, np.ascontiguousarray(columns), decay, np.array(power), np.array(most), len(power))
+    first = np.array(power)
+    return Noise(r, np.ascontiguousarray(columns), decay, first, np.array(most), first)
 
 
 def natural_force(model: Model, signals: Signals, direction: Array) -> float:

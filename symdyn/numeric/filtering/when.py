@@ -45,8 +45,8 @@ def when(model: Model, given: Explanation, latent: Latent) -> tuple[str, ...]:
         return ()
     bench, p = given.fit.bench, given.fit.p
     judge = model.bench(model.heldout, bench.noise, bench.held)
-    first = _motion(bench, p, latent, None)
-    second = _motion(judge, p, latent, first.top)
+    first = motion_of(bench, p, latent, None)
+    second = motion_of(judge, p, latent, first.top)
     cells = conditions(first, first)
     columns, others = (_columns(b, p, latent, c) for b, c in ((bench, cells), (judge, conditions(second, first))))
     own = tuple(given.beliefs)
@@ -113,7 +113,7 @@ def _columns(bench: FilterBench, p: Array, latent: Latent, weights: dict[str, Ar
     return dict(zip(weights, np.split(together, ends[:-1], axis=1), strict=True))
 
 
-def _motion(bench: FilterBench, p: Array, latent: Latent, top: float | None) -> Motion:
+def motion_of(bench: FilterBench, p: Array, latent: Latent, top: float | None) -> Motion:
     n = len(latent.motion)
     states = bench.filtered(p).states
     v = states[:, n : 2 * n] @ latent.motion

@@ -1,0 +1,71 @@
+"""Play between two parts: a fit that begins without any finds none, and what it bends instead hides it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.filtering.afresh import TWICE, as_given, let_in, off
+from symdyn.numeric.filtering.beliefs import Beliefs
+from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.explain import (
+    ROUGH,
+    ROUNDS,
+    Explanation,
+    Progress,
+    Step,
+    fitted,
+    ready,
+    that_earns,
+)
+from symdyn.numeric.filtering.graduated import graduated
+from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.model import Model, candidate_beliefs
+from symdyn.numeric.filtering.score import Score, scores
+from symdyn.physics import with_play
+
+Array = NDArray[np.float64]
+
+PART = 0.3  # of how far a shaft twists: the clearance that fits begin with, and what twists less is all play
+
+
+def loosened(
+    model: Model, current: Explanation, best: Step | None, tried: Sequence[Step], alarms: list[str], progress: Progress
+) -> tuple[Step | None, tuple[Step, ...]]:
+    """The likeliest of ``best`` and of the plays that the machine may have, and all that were fitted.
+
+    Only where free runs are off by twice the sensors' noise with the best of all else, or by more than that noise where
+    nothing else is found. Each fit begins with the model
+    as given, with some play, and with forces of which nothing is known, so that flanks may meet when they do.
+    """
+    plays = [c for c in ready(model, current) if c.effect in with_play()]
+    if not plays or not (off(model, best.after, TWICE) if best else off(model, current)):
+        return best, tuple(tried)
+    bench, given = as_given(model, current)
+    quiet, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
+    twists = _twists(model, quiet, given)
+    known = [
+        s for s in scores(quiet, given, tuple(beliefs), plays, progress) if twists[s.candidate.place.address] > 0.0
+    ]
+
+    def begin(score: Score) -> MLFit:
+        names = dict(beliefs) | candidate_beliefs(score.candidate, None)
+        start = given.copy()
+        (clearance,) = score.candidate.linear
+        start[bench.index[score.candidate.parameter(clearance)]] = PART * twists[score.candidate.place.address]
+        return fit(quiet, graduated(model, quiet, start, names), names, settled=ROUGH, most=ROUNDS)
+
+    def end(rough: MLFit, names: Beliefs) -> MLFit:
+        return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
+
+    found = fitted(model, current, known, progress, begin, end)
+    whole = (*tried, *(each for each in found if each.gain > (best.gain if best else 0.0)))
+    return (that_earns(model, current, whole, alarms) or best) if len(whole) > len(tried) else best, whole
+
+
+def _twists(model: Model, bench: FilterBench, p: Array) -> dict[str, float]:
+    """How far two parts go from each other, by the address of what couples them."""
+    q = bench.filtered(p).states[:, : len(model.kernel.coordinates)]
+    return {latent.place: float(np.std(q @ latent.motion)) for latent in model.latents}
