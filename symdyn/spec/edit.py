@@ -67,7 +67,7 @@ def set_effect(text: str, type: str, at: str, values: Mapping[str, str], comment
 def free_rotor(text: str, robot: Robot, joint: str, rotor: str, shaft: Mapping[str, str]) -> str:
     """Let a rotor that is fixed to its joint turn by itself, on a shaft to the joint (a row of ``shafts``).
 
-    InputError (SD104) where the robot has no such rotor.
+    The effort of a joint without a motor acts on that rotor then. InputError (SD104) where the robot has no such rotor.
     """
     document = tomlkit.parse(_checked(text))
     names = [j.name for j in robot.joints]
@@ -83,6 +83,8 @@ def free_rotor(text: str, robot: Robot, joint: str, rotor: str, shaft: Mapping[s
     if "shafts" not in drive:
         drive["shafts"] = tomlkit.array()
     drive["shafts"].append(inline)
+    if "motor" not in drive:
+        drive["effort_at"] = rotor
     return _checked(tomlkit.dumps(document))
 
 

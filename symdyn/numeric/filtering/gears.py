@@ -45,10 +45,13 @@ def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
     joint = joint_of(robot, address)
     if "." not in address and side is Side.MOTOR:
         address = motor_rotor(joint) or address
+    return (joint.name, 1.0 / gear_ratio(robot, joint)) if turns_with_joint(joint, address) else (address, 1.0)
+
+
+def turns_with_joint(joint: Joint, address: str) -> bool:
+    """Whether it is the address of a rotor that has no coordinate of its own."""
     rotors = joint.drive.rotors if joint.drive is not None else ()
-    if any(r.fixed_to_joint and address == f"{joint.name}.{r.name}" for r in rotors):
-        return joint.name, 1.0 / gear_ratio(robot, joint)
-    return address, 1.0
+    return any(r.fixed_to_joint and address == f"{joint.name}.{r.name}" for r in rotors)
 
 
 def motor_rotor(joint: Joint) -> str | None:

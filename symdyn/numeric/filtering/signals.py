@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.filtering.gears import coordinate_shown, joint_of, motor_rotor, per_joint, usual_speeds
+from symdyn.numeric.filtering.gears import (
+    coordinate_shown,
+    gear_ratio,
+    joint_of,
+    motor_rotor,
+    per_joint,
+    turns_with_joint,
+    usual_speeds,
+)
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.spec.records import EffectSpec, Quantity, Robot, Side
 
@@ -103,6 +111,8 @@ def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, fl
     if quantity is Quantity.EFFORT:
         if side is Side.MOTOR:
             address = motor_rotor(joint) or address
+        if turns_with_joint(joint, address):
+            address, scale = joint.name, gear_ratio(robot, joint)
         candidates = [f"{address}.effort", f"{address}.input"]
     elif quantity in _INPUT_UNIT:
         motor = motor_rotor(joint)

@@ -11,6 +11,7 @@ import numpy as np
 
 from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
+from symdyn.numeric.filtering.gears import motor_rotor, turns_with_joint
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
@@ -25,7 +26,7 @@ from symdyn.numeric.filtering.model import (
     without_latent,
 )
 from symdyn.numeric.recording import Recording
-from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Robot, Shaft
+from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Quantity, Robot, Shaft, Side
 
 EFFECT, TITLE = "joint_compliance", "compliance of the transmission"
 SHAFT = "transmission"
@@ -36,15 +37,25 @@ LIGHT = 0.05  # damping ratio that a fit starts from
 
 
 def rigid_joints(robot: Robot) -> tuple[Joint, ...]:
-    """Joints with a motor whose rotor is fixed to the joint."""
+    """Joints whose motor is fixed to them: one with a circuit, or a rotor at which the effort was measured."""
     return tuple(
         joint
         for joint in robot.joints
         if joint.drive is not None
-        and joint.drive.motor is not None
-        and any(r.name == joint.drive.motor.at and r.fixed_to_joint for r in joint.drive.rotors)
+        and turns_with_joint(joint, motor_rotor(joint) or "")
+        and (joint.drive.motor is not None or _driven_at_motor(robot, joint))
         and all(shaft.name != SHAFT for shaft in joint.drive.shafts)
     )
+
+
+def _driven_at_motor(robot: Robot, joint: Joint) -> bool:
+    channels = robot.channels.channels if robot.channels is not None else ()
+    return any((c.quantity, c.joint, c.side) == (Quantity.EFFORT, joint.name, Side.MOTOR) for c in channels)
+
+
+def _motor(joint: Joint) -> str:
+    """The name of the rotor that drives a joint."""
+    return (motor_rotor(joint) or "").rpartition(".")[2]
 
 
 def with_shaft(
@@ -131,14 +142,15 @@ def resonance(model: Model, new: Freed, fitted: MLFit) -> float:
 def _flexible(robot: Robot, joint: Joint) -> tuple[Robot, Freed]:
     drive = joint.drive
     assert drive is not None
-    assert drive.motor is not None
-    at = drive.motor.at
+    at = _motor(joint)
     new = Freed(joint.name, at, SHAFT, f"{joint.name}_{SHAFT}_stiffness", f"{joint.name}_{SHAFT}_damping")
     stiffness, damping = (Monomial(Fraction(1), ((name, 1),)) for name in (new.stiffness, new.damping))
     rotors = tuple(replace(r, fixed_to_joint=False) if r.name == at else r for r in drive.rotors)
     shafts = (*drive.shafts, Shaft(SHAFT, at, JOINT_END, stiffness, damping))
     joints = tuple(
-        replace(j, drive=replace(drive, rotors=rotors, shafts=shafts)) if j.name == joint.name else j
+        replace(j, drive=replace(drive, rotors=rotors, shafts=shafts, effort_at="" if drive.motor else at))
+        if j.name == joint.name
+        else j
         for j in robot.joints
     )
     parameters = (
@@ -155,7 +167,7 @@ def _rigid(robot: Robot, new: Freed) -> Robot:
     drive = joint.drive
     assert drive is not None
     rotors = tuple(replace(r, fixed_to_joint=True) if r.name == new.rotor else r for r in drive.rotors)
-    drive = replace(drive, rotors=rotors, shafts=tuple(s for s in drive.shafts if s.name != new.shaft))
+    drive = replace(drive, rotors=rotors, shafts=tuple(s for s in drive.shafts if s.name != new.shaft), effort_at="")
     return replace(
         robot,
         joints=tuple(replace(j, drive=drive) if j is joint else j for j in robot.joints),
@@ -167,6 +179,5 @@ def _rotor_inertia(joint: Joint) -> str:
     """The parameter that is the inertia of the motor's rotor, where it is one."""
     drive = joint.drive
     assert drive is not None
-    at = drive.motor.at if drive.motor else ""
-    rotor = next(r for r in drive.rotors if r.name == at)
+    rotor = next(r for r in drive.rotors if r.name == _motor(joint))
     return rotor.inertia.factors[0][0] if len(rotor.inertia.factors) == 1 else ""
