@@ -29,8 +29,7 @@ from symdyn.numeric.filtering.late import absorbing
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
 from symdyn.numeric.filtering.score import Score, scores
-from symdyn.numeric.filtering.windows import SHARE, beyond, noise_alone, overall
-from symdyn.numeric.verdict import NEGLIGIBLE
+from symdyn.numeric.filtering.windows import NEGLIGIBLE, SHARE, beyond, noise_alone, overall
 
 Array = NDArray[np.float64]
 

@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.filtering.balance import Balance, balance
 from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.kalman import run
 from symdyn.numeric.filtering.signals import Signals
@@ -89,7 +90,7 @@ class FilterBench:
         self.kernel, self.signals, self.noise = kernel, signals, noise
         self.held, self.substeps, self.delays = held, substeps, tuple(delays)
         self.index = {name: i for i, name in enumerate((*kernel.parameters, *delays))}
-        self._start, self._spread, slowest = _start(kernel, signals)
+        self._start, self._spread, slowest, self._balance = _start(kernel, signals)
         self.settling = max(BASELINE, SWINGS * 2.0 * np.pi / slowest) if slowest else BASELINE
         module = kernel.module
         self._rates = (
@@ -144,7 +145,7 @@ class FilterBench:
         run(
             *self._rates, *self._outputs, u, slope, _between(s.y, parts), steps, own, np.array(which, np.int64),
             np.ascontiguousarray(np.repeat(whole, parts, axis=0)), r, s.index,
-            np.ascontiguousarray(first.directions), decay, power, self._start, self._spread,
+            np.ascontiguousarray(first.directions), decay, power, self._balance.found(own, self._start), self._spread,
             self.substeps, len(self.kernel.outputs), loss, e, variances, slopes, states,
         )  # fmt: skip
         loss = np.where(np.isfinite(loss), loss, np.inf)
@@ -224,10 +225,11 @@ def _between(y: Array, parts: int) -> Array:
     return wide.reshape(-1, y.shape[1])
 
 
-def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float]:
+def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float, Balance]:
     """(n,) state before the first sample and its covariance (n, n): what is measured, else rest with room around it.
 
-    Last, the frequency (rad/s) of the slowest swing that is not measured, 0 where there is none.
+    Then the frequency (rad/s) of the slowest swing that is not measured, 0 where there is none, and where parts that
+    are not measured are in balance.
 
     The parts of one drive move together, geared, but for a twist. A speed that only a position tells begins as it does:
     linearised at rest, dry friction would hold what moves, and the filter would believe it.
@@ -270,7 +272,8 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float]:
     bent = BENT * float(travel.max())
     for i in range(2 * coordinates, n):
         cov[i, i] = {"1": 1.0, "rad": bent, "m": bent}.get(kernel.state_units[i], other) ** 2
-    return x, cov, min((float(each) for each in rate if each > 0.0), default=0.0)
+    slowest = min((float(each) for each in rate if each > 0.0), default=0.0)
+    return x, cov, slowest, balance(kernel, signals, hidden, bend, turns)
 
 
 def _bends(

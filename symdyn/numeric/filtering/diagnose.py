@@ -26,11 +26,13 @@ from symdyn.numeric.filtering.model import Model, holding, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.spec.records import Robot
 
 Progress = Callable[[str], None]
 
 MAX_FINDINGS = 6
+LITTLE = 0.02  # of the error of the model as given: what laws that were found are off by themselves, where they turn
 NEEDED = 5.0  # nats that an earlier finding must still bring beside the later ones
 
 
@@ -51,7 +53,7 @@ def diagnose_hidden(
     findings: list[Finding] = []
     alarms: list[str] = []
     recordings = (training, heldout)
-    while len(findings) < MAX_FINDINGS:
+    while len(findings) < MAX_FINDINGS and current.heldout > min(NEGLIGIBLE, LITTLE * given.heldout):
         current = sampled(model, current)
         remembering = lasting(model, current)
         best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))

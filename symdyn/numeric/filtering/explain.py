@@ -22,7 +22,6 @@ from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors, sizes
 from symdyn.numeric.regression import encompassing, long_run_covariance
-from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.physics import catalogue
 
 Array = NDArray[np.float64]
@@ -136,11 +135,8 @@ def step(
 ) -> tuple[Step | None, tuple[Step, ...]]:
     """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place.
 
-    ``rival``: nats that something else is expected to gain; what promises far less is not fitted. Nothing is looked for
-    in what nobody would ask about.
+    ``rival``: nats that something else is expected to gain; what promises far less is not fitted.
     """
-    if current.heldout <= NEGLIGIBLE:
-        return None, ()
     open_to_all = ready(model, current)
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), open_to_all, progress)
     significant = [s for s in ranked if s.gain > WORTH and s.p_value * len(ranked) < LEVEL]

@@ -9,11 +9,11 @@ from symdyn.numeric.filtering.explain import Explanation
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.places import Latent, same_place
 from symdyn.numeric.filtering.when import conditions, motion_of
-from symdyn.numeric.law import MOSTLY
 from symdyn.physics import law_variables
 
 Array = NDArray[np.float64]
 
+FOLLOWS = 0.25  # of an unknown force's power, on data that its law was not learnt from: half of its size
 FOLLOWED = {  # by an unknown force, in the words of its conditions
     "sign of speed": "speed",
     "low speed": "speed",
@@ -55,7 +55,7 @@ def _followed(model: Model, of: Explanation, latent: Latent, which: int) -> str 
     learnt, checked = (bench.filtered(p).states[:, n] for bench in (first, second))
     motion = motion_of(first, p, latent, None)
     cells, others = conditions(motion, motion), conditions(motion_of(second, p, latent, motion.top), motion)
-    best, name = MOSTLY, None
+    best, name = FOLLOWS, None
     for condition, columns in cells.items():
         law = np.linalg.lstsq(columns, learnt, rcond=None)[0]
         left = checked - others[condition] @ law

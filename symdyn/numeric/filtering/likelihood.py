@@ -60,7 +60,7 @@ def fit(
     less, or after ``most`` rounds, with all forces as large as is believed most, where nothing else tells.
     """
     names = bool(beliefs)
-    bench = _revived(_scaled(bench, p), p)
+    bench = _begun(bench, p)
     at = At(p.copy(), bench.filtered(p).loss + penalty(p, bench.index, beliefs))
     of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
@@ -83,7 +83,23 @@ def fit(
     return MLFit(beliefs, p, bench, loss)
 
 
-def _scaled(bench: FilterBench, p: Array) -> FilterBench:
+def _begun(bench: FilterBench, p: Array) -> FilterBench:
+    """Noise that a fit may begin with, the likelier of two: as it is, and where inputs have none left with their first.
+
+    An unknown force may have done its work; and in logarithms a variance of next to nothing has no slope: no step would
+    find out that some is there.
+    """
+    noise, scaled = bench.noise, _scaled(bench, p)
+    gone = np.append(
+        noise.power[: noise.inputs] < NOTHING * noise.first, np.zeros(len(noise.power) - noise.inputs, bool)
+    )
+    if not gone.any():
+        return scaled[0]
+    power = np.where(gone, np.append(noise.first, noise.power[noise.inputs :]), noise.power)
+    return min(scaled, _scaled(bench.with_noise(replace(noise, power=power)), p), key=lambda each: each[1])[0]
+
+
+def _scaled(bench: FilterBench, p: Array) -> tuple[FilterBench, float]:
     """Noise of every channel brought to what its innovations show, where that helps: most of the way from a guess."""
     done = bench.filtered(p)
     for _ in range(2):
@@ -94,22 +110,7 @@ def _scaled(bench: FilterBench, p: Array) -> FilterBench:
         if not after.loss < done.loss:
             break
         bench, done = trial, after
-    return bench
-
-
-def _revived(bench: FilterBench, p: Array) -> FilterBench:
-    """Noise of inputs that an unknown force did the work of, back where fits begin with it, where that is likelier.
-
-    In logarithms a variance of next to nothing has no slope: no step would find that out.
-    """
-    noise = bench.noise
-    for i in np.flatnonzero(noise.power[: noise.inputs] < NOTHING * noise.first):
-        power = bench.noise.power.copy()
-        power[i] = noise.first[i]
-        trial = bench.with_noise(replace(bench.noise, power=power))
-        if trial.filtered(p).loss < bench.filtered(p).loss:
-            bench = trial
-    return bench
+    return bench, done.loss
 
 
 def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:

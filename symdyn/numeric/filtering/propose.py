@@ -81,7 +81,8 @@ def restructured(
         chosen = tried[0][1]
         if chosen.after.heldout < (1.0 + ABOUT) * noise_floor(model, chosen.after.fit).errors.heldout:
             return _with_law(model, current, tried, recordings, progress)
-    freed = _freed(model, current, tried[0][1] if tried else best, recordings, progress)
+    owner, rival = tried[0] if tried else (model, best)
+    freed = _freed(model, current, owner, rival, recordings, progress)
     if freed is None and tried is not None:
         return _with_law(model, current, tried, recordings, progress)
     return freed
@@ -151,8 +152,9 @@ def _with_law(model: Model, current: Explanation, tried: Tried, recordings: Reco
 
 
 def _freed(
-    model: Model, current: Explanation, best: Step | None, recordings: Recordings, progress: Progress
+    model: Model, current: Explanation, owner: Model, best: Step | None, recordings: Recordings, progress: Progress
 ) -> Change | None:
+    """``owner`` is the model that ``best`` was fitted with."""
     for joint in rigid_joints(model.robot):
         flexible, after = with_shaft(model.robot, joint, model.freed, model.lagging, current, recordings, progress)
         gain = current.fit.loss - after.fit.loss
@@ -161,7 +163,7 @@ def _freed(
             continue
         if _too_fast(flexible, flexible.freed[-1], after):
             continue
-        if _two_tell_more(model, best, after, progress):
+        if _two_tell_more(owner, best, after, progress):
             return None
         new = flexible.freed[-1]
         values = {k: estimate(flexible, after.fit, getattr(new, k)) for k in ("stiffness", "damping")}

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 WINDOW = 0.25  # s
 FEWEST = 8  # samples of a window
+NEGLIGIBLE = 1e-4  # of how far a channel moves in a window: what steps of a filter, or of a simulation, may leave
 SHARE = 0.1  # of an error's power: what is beyond noise by less is not worth a word
 
 
@@ -52,8 +53,22 @@ def sizes(signals: Signals) -> Array:
 
 
 def noise_alone(signals: Signals, noise: Array) -> Array:
-    """(m,) errors that sensors' noise of variances ``noise`` (m,) alone would leave."""
-    return np.asarray(np.sqrt(noise) / sizes(signals))
+    """(m,) errors that sensors' noise of variances ``noise`` (m,) alone would leave, as far as that noise is white.
+
+    Two encoders of what a model takes for one part leave it no choice but to call all that twists between them noise.
+    """
+    return np.asarray(np.sqrt(np.minimum(noise, white_noise(signals))) / sizes(signals))
+
+
+def white_noise(signals: Signals) -> Array:
+    """(m,) the largest variance that white noise of each channel can have, by third differences: no motion is in less.
+
+    Never below that of the channel's own steps.
+    """
+    whole = np.lib.stride_tricks.sliding_window_view(np.isfinite(signals.steps[:-1]), 3).all(axis=1)
+    jerks = np.diff(signals.y, n=3, axis=0)[whole]
+    power = np.nanmean(jerks**2, axis=0) / 20.0 if len(jerks) else np.full(signals.y.shape[1], np.inf)
+    return np.maximum(np.where(np.isfinite(power), power, np.inf), signals.floor)
 
 
 def beyond(error: float, noise: float) -> float:

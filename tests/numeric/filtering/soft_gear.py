@@ -52,15 +52,18 @@ coefficient = "b"
 """
 
 
-def run(seed: int, dry: float = 0.0, cubic: float = 0.0) -> Recording:
-    """``dry`` friction of the arm in N m, ``cubic`` stiffness of the gear in N m/rad^3."""
+def run(seed: int, dry: float = 0.0, cubic: float = 0.0, play: float = 0.0, root: float = 0.0) -> Recording:
+    """``dry`` friction of the arm in N m, ``cubic`` stiffness of the gear in N m/rad^3, half its ``play`` in rad.
+
+    ``root``: friction of the motor that grows as the root of its speed, in N m at 1 rad/s.
+    """
     rng = np.random.default_rng([seed, 9])
     time = np.arange(0.0, DURATION, STEP)
     order = np.array([1, 2, 3, 5, 8, 13])
     waves = np.sin(2.0 * np.pi * (0.12 if seed == 1 else 0.1) * np.outer(time, order) + rng.uniform(0.0, 6.28, 6))
     reference = waves @ (rng.uniform(0.4, 1.0, 6) / np.sqrt(order))
     reference = reference / np.abs(reference).max() - 0.6
-    angle, torque = simulate(reference, np.gradient(reference, time), dry, cubic, *TRUE.values())
+    angle, torque = simulate(reference, np.gradient(reference, time), dry, cubic, play, root, *TRUE.values())
     channels = {
         (Quantity.EFFORT, "arm", Side.MOTOR): torque,
         (Quantity.POSITION, "arm.motor", Side.LINK): ENCODER * np.round(angle / ENCODER),
@@ -74,6 +77,8 @@ def simulate(
     speeds: Array,
     dry: float,
     cubic: float,
+    play: float,
+    root: float,
     m: float,
     r: float,
     inertia: float,
@@ -98,8 +103,11 @@ def simulate(
         angles[i], torques[i] = angle, torque
         for _ in range(PARTS):
             twist = angle - RATIO * q
-            shaft = k * twist + d * (speed - RATIO * w) + cubic * twist**3
-            new_speed = speed + h * (torque - shaft - b * speed) / rotor
+            touches = abs(twist) > play
+            twist -= math.copysign(play, twist)
+            shaft = k * twist + d * (speed - RATIO * w) + cubic * twist**3 if touches else 0.0
+            drag = b * speed + root * math.copysign(math.sqrt(abs(speed)), speed)
+            new_speed = speed + h * (torque - shaft - drag) / rotor
             new_w = w + h * (RATIO * shaft - weight * math.cos(q)) / whole
             hold = dry * h / whole
             new_w = 0.0 if abs(new_w) <= hold else new_w - math.copysign(hold, new_w)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.graduated import graduated
+from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.numeric.findings import Verdict
 
@@ -66,3 +69,31 @@ def test_a_gear_that_hardens() -> None:
     stiffness = told.findings[0].parameters["stiffness"]
     assert stiffness.se is not None
     assert abs(stiffness.value - 0.012) < 4.0 * stiffness.se < 0.003
+
+
+@pytest.mark.slow
+def test_play_of_the_gear_is_told_by_the_motor() -> None:
+    told = diagnose(ARM, run(1, play=0.5), run(2, play=0.5))
+    assert [(f.effect, f.place) for f in told.findings] == [("backlash", "arm.gear")]
+    clearance = told.findings[0].parameters["clearance"]
+    assert clearance.se is not None
+    assert abs(clearance.value - 0.5) < 4.0 * clearance.se < 0.02
+
+
+@pytest.mark.slow
+def test_a_law_of_no_catalogue_is_not_told_as_two_that_it_resembles() -> None:
+    """A root of the speed is nearly Coulomb's friction and viscous; 12 % of its power are left, and follow the speed."""
+    told = diagnose(ARM, run(1, root=0.002), run(2, root=0.002))
+    assert told.verdict is Verdict.UNEXPLAINED
+    assert any("does not hold: what is left follows the speed" in alarm for alarm in told.alarms)
+
+
+def test_noise_of_an_input_comes_back_where_a_fit_begins_without_any() -> None:
+    model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
+    torque = model.training.u
+    noisy = torque + 0.01 * np.std(torque) * np.random.default_rng(3).standard_normal(torque.shape)
+    bench = model.bench(replace(model.training, u=noisy), without_latent(model, model.training), held=True)
+    first = fit(bench, model.values, model.beliefs)
+    gone = bench.with_noise(replace(first.bench.noise, power=1e-9 * first.bench.noise.power))
+    assert gone.filtered(first.p).loss > first.loss + 100.0
+    assert fit(gone, first.p, {}).loss < first.loss + 1.0
