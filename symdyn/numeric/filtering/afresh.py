@@ -52,8 +52,8 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     quiet, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     starts = [(quiet, p)]
     if far:
-        near = graduated(model, bench, p, beliefs)
-        starts += [(quiet, near), (quiet.with_inputs(not bench.held), near)]
+        clear, near = graduated(model, bench, p, beliefs)
+        starts += [(clear, near), (clear.with_inputs(not bench.held), near)]
     best = min((fit(each, start, beliefs) for each, start in starts), key=lambda each: each.loss)
     ways = fit(bench, p, beliefs), let_in(current.fit.bench.noise, best, beliefs)
     again = min(ways, key=lambda each: each.loss)

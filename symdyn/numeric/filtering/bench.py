@@ -16,12 +16,14 @@ from symdyn.numeric.filtering.kalman import run
 from symdyn.numeric.filtering.signals import Signals
 
 Array = NDArray[np.float64]
+Driven = tuple[Array, Array, Array, Array]  # inputs, their slopes, steps, and how far parameters go along in each
 
 DEAF = 1e30  # variance of a measurement that a filter does not listen to
 SHIFT = 0.05  # of a step, for the difference quotient of a delay
 TOO_LITTLE = 0.05  # nats that a step of a fit promises: less is not worth a run of the filter
 FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
 SWINGS = 2.0  # periods of a part that is not measured, after which those that are have told where it is
+CLOSE = 0.1  # of what is unknown of a start: two that are closer are one
 BENT = 1e-2  # of the travel: what a hidden displacement may be at the start
 
 
@@ -92,6 +94,7 @@ class FilterBench:
         self.index = {name: i for i, name in enumerate((*kernel.parameters, *delays))}
         self._start, self._spread, slowest, self._balance = _start(kernel, signals)
         self.settling = max(BASELINE, SWINGS * 2.0 * np.pi / slowest) if slowest else BASELINE
+        self._moment = min(len(signals.y), round(self.settling / float(np.nanmedian(signals.steps))))
         module = kernel.module
         self._rates = (
             module.state_derivative_p_into,
@@ -134,18 +137,37 @@ class FilterBench:
         return self._run(p, [self.noise, *noises], [], None)
 
     def _run(self, p: Array, noises: Sequence[Noise], which: Sequence[int], weight: Array | None) -> list[Pass]:
-        s, first = self.signals, noises[0]
-        count, m, n = len(s.y), s.y.shape[1], len(self.kernel.states)
-        whole = np.ones((count, len(which))) if weight is None else weight
         own, u, slope, steps, parts = self._driven(p)
-        rows, filters = count * parts, len(noises)
+        whole = np.ones((len(steps) // parts, len(which))) if weight is None else weight
+        driven = u, slope, steps, np.ascontiguousarray(np.repeat(whole, parts, axis=0))
+        return self._from(self._begin(own, driven, parts), own, driven, parts, noises, which)
+
+    def _begin(self, own: Array, driven: Driven, parts: int) -> Array:
+        """(n,) the state at the start: hidden parts in balance, or unbent, whichever the first moment is likelier from.
+
+        A machine at rest is in balance, and so is one in motion; a simulation may begin with nothing bent.
+        """
+        balanced, count = self._balance.found(own, self._start), max(2, self._moment) * parts
+        if np.all(np.abs(balanced - self._start) < CLOSE * np.sqrt(np.diag(self._spread))):
+            return balanced
+        u, slope, steps, whole = (x[:count] for x in driven)
+        first = u, slope, steps, np.ascontiguousarray(whole[:, :0])
+        ways = [(self._from(x, own, first, parts, [self.noise], [])[0].loss, x) for x in (balanced, self._start)]
+        return ways[0][1] if ways[0][0] <= ways[1][0] else ways[1][1]
+
+    def _from(
+        self, start: Array, own: Array, driven: Driven, parts: int, noises: Sequence[Noise], which: Sequence[int]
+    ) -> list[Pass]:
+        u, slope, steps, whole = driven
+        s, first, rows, filters = self.signals, noises[0], len(steps), len(noises)
+        y = s.y[: rows // parts]
+        m, n = y.shape[1], len(self.kernel.states)
         loss, e, variances = np.zeros(filters), np.zeros((filters, rows, m)), np.ones((filters, rows, m))
         slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(first.decay)))
         r, decay, power = (np.stack([getattr(each, of) for each in noises]) for of in ("r", "decay", "power"))
         run(
-            *self._rates, *self._outputs, u, slope, _between(s.y, parts), steps, own, np.array(which, np.int64),
-            np.ascontiguousarray(np.repeat(whole, parts, axis=0)), r, s.index,
-            np.ascontiguousarray(first.directions), decay, power, self._balance.found(own, self._start), self._spread,
+            *self._rates, *self._outputs, u, slope, _between(y, parts), steps, own, np.array(which, np.int64),
+            whole, r, s.index, np.ascontiguousarray(first.directions), decay, power, start, self._spread,
             self.substeps, len(self.kernel.outputs), loss, e, variances, slopes, states,
         )  # fmt: skip
         loss = np.where(np.isfinite(loss), loss, np.inf)

@@ -55,7 +55,8 @@ def loosened(
         start = given.copy()
         (clearance,) = score.candidate.linear
         start[bench.index[score.candidate.parameter(clearance)]] = PART * twists[score.candidate.place.address]
-        return fit(quiet, graduated(model, quiet, start, names), names, settled=ROUGH, most=ROUNDS)
+        ways = (graduated(model, quiet.with_inputs(held), start, names) for held in (quiet.held, not quiet.held))
+        return min((fit(*way, names, settled=ROUGH, most=ROUNDS) for way in ways), key=lambda each: each.loss)
 
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)

@@ -11,6 +11,7 @@ from symdyn.numeric.filtering.beliefs import Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.model import Model, natural_force
 from symdyn.numeric.filtering.parameter_step import At, parameter_step
+from symdyn.numeric.filtering.windows import white_noise
 
 Array = NDArray[np.float64]
 
@@ -19,16 +20,20 @@ STEPS = 3  # of the parameters at each, at most
 SETTLED = 1.0  # nats
 
 
-def graduated(model: Model, bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
-    """(np,) where a fit may begin.
+def graduated(model: Model, bench: FilterBench, p: Array, beliefs: Beliefs) -> tuple[FilterBench, Array]:
+    """Where a fit may begin: a filter without unknown forces, its sensors as good as they may be, and (np,) parameters.
 
     A filter that lets every equation be off follows the recording with any parameters, sample by sample, and the slopes
     of its likelihood then lead a long way: to the masses of a pendulum behind a soft shaft, which a filter that
     believes in its equations does not find past the first few swings.
     """
+    white = np.minimum(
+        bench.noise.r, white_noise(bench.signals)
+    )  # a guess a hundred times larger hides what leads there
+    noise = replace(bench.noise.quiet, r=white)
+    quiet = bench.with_noise(noise)
     if not beliefs:
-        return p
-    noise = bench.noise.quiet
+        return quiet, p
     natural = np.array([natural_force(model, bench.signals, d) for d in noise.directions.T])
     for power in POWERS:
         loose = bench.with_noise(replace(noise, power=power * natural**2, most=np.full(len(natural), np.inf)))
@@ -39,4 +44,4 @@ def graduated(model: Model, bench: FilterBench, p: Array, beliefs: Beliefs) -> A
             if before - at.loss < SETTLED:
                 break
         p = at.p
-    return p
+    return quiet, p

@@ -85,9 +85,8 @@ def certainly_apart(first: Array, second: Array) -> bool:
 
 def _without(model: Model, noise: Noise) -> list[MLFit]:
     """Fits without an unknown force, of inputs that go straight or are held, from where many forces led to."""
-    benches = [model.bench(model.training, noise, held) for held in (False, True)]
-    near = graduated(model, benches[1], model.values, model.beliefs)
-    return [fit(bench, near, model.beliefs, settled=ROUGH, most=ROUNDS) for bench in benches]
+    bench, near = graduated(model, model.bench(model.training, noise, True), model.values, model.beliefs)
+    return [fit(bench.with_inputs(held), near, model.beliefs, settled=ROUGH, most=ROUNDS) for held in (False, True)]
 
 
 def _closer(bench: FilterBench, start: MLFit, model: Model) -> MLFit:

@@ -35,7 +35,7 @@ def test_the_bend_at_the_start_is_no_thousandth_of_the_travel() -> None:
 def test_many_unknown_forces_lead_near_the_truth() -> None:
     model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
     bench = model.bench(model.training, without_latent(model, model.training), held=True)
-    near = graduated(model, bench, model.values, model.beliefs)
+    _, near = graduated(model, bench, model.values, model.beliefs)
     for name in ("J", "k", "b"):
         assert near[bench.index[name]] == pytest.approx(TRUE[name], rel=0.05)
     weight = near[bench.index["m"]] * near[bench.index["r"]]
