@@ -78,9 +78,12 @@ def lasting(model: Model, current: Explanation) -> tuple[Lasting, ...]:
     left = Left.of(bench, p, tuple(current.beliefs))
     found: list[Lasting] = []
     moving = [latent for latent in model.latents if latent.motion.any()]
+    there = {(c.place.address, c.effect) for c in remembered(current)}
     for laws in (HYSTERESIS, WARMING):
         tried: list[_Tried] = []
         for latent in moving:
+            if any((latent.place, law) in there for law in laws):
+                continue  # one law of a kind remembers for all of them
             x, v = states[:, :n] @ latent.motion, states[:, n : 2 * n] @ latent.motion
             forces = _loops(x) if laws is HYSTERESIS else _warming(v, bench.signals)
             tried += _tested(model, current, left, latent, forces)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from symdyn.numeric.filtering.explain import Explanation, explained
-from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING
+from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.memory import _rise, lasting
 from symdyn.numeric.filtering.model import Model, natural_force, prepare, with_latent, without_latent
@@ -42,6 +43,13 @@ def test_a_loop_shows_its_distance_and_what_the_force_follows(robot: Robot, tmp_
     assert loop.beyond > 100.0
     assert 0.02 < loop.shape[0] < 0.12
     assert when(model, given, loop.latent)[0] == "reversal"
+
+
+def test_what_remembers_already_is_not_asked_to_remember_once_more(robot: Robot, tmp_path: Path) -> None:
+    model, given = as_given(robot, tmp_path, dahl=0.03, distance=0.05)
+    (dahl,) = memories(robot, "axis", {"dahl_friction": "stiffness"})
+    found = lasting(model, replace(given, found=((dahl, None),)))
+    assert {(x.laws is HYSTERESIS, x.latent.place) for x in found} == {(False, "axis")}
 
 
 @pytest.mark.parametrize("name", ["axis.circuit"])

@@ -82,7 +82,7 @@ def test_play_of_the_gear_is_told_by_the_motor() -> None:
 
 @pytest.mark.slow
 def test_a_law_of_no_catalogue_is_not_told_as_two_that_it_resembles() -> None:
-    """A root of the speed is nearly Coulomb's friction and viscous; 12 % of its power are left, and follow the speed."""
+    """A root of the speed is nearly Coulomb's friction and viscous; what is left of it follows the speed."""
     told = diagnose(ARM, run(1, root=0.002), run(2, root=0.002))
     assert told.verdict is Verdict.UNEXPLAINED
     assert any("does not hold: what is left follows the speed" in alarm for alarm in told.alarms)
