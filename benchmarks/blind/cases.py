@@ -13,6 +13,7 @@ from benchmarks.blind.blemishes import BLEMISHES, REFUSED, blemish
 from benchmarks.blind.drive import RigidDrive, SeedDrive
 from benchmarks.blind.effects import ELASTIC, MOVING, Draw
 from benchmarks.blind.faults import ARM, CIRCUIT, MISSING_SHAFT, SHAFT, TACHO, WHOLE
+from benchmarks.blind.geared import GearedArm
 from benchmarks.blind.machine import Machine, Recorded
 from benchmarks.blind.motions import rng_of
 from benchmarks.blind.planting import Planted
@@ -21,14 +22,18 @@ from benchmarks.blind.six_joint import SixJoint
 from benchmarks.blind.two_link import TwoLink
 from benchmarks.blind.unknown import UNKNOWN
 
-MACHINES: Mapping[str, Machine] = {m.name: m for m in (Axis(), TwoLink(), SixJoint(), RigidDrive(), SeedDrive())}
+MACHINES: Mapping[str, Machine] = {
+    m.name: m for m in (Axis(), TwoLink(), SixJoint(), RigidDrive(), SeedDrive(), GearedArm())
+}
 DRAWS: Mapping[str, Draw] = {
     **MOVING, **ELASTIC, **ARM, **WHOLE, **SHAFT, **MISSING_SHAFT, **CIRCUIT, **TACHO, **UNKNOWN,
 }  # fmt: skip
 OFF = 0.3  # the largest relative error of a parameter that is handed over
 SPREAD = 0.15  # of the true ones, from case to case
-NULLS = {"axis": 20, "two-link": 60, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50}  # at the middle level
-PAIRS = {"axis": 12, "two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16}
+NULLS = {  # at the middle level
+    "axis": 20, "two-link": 60, "six-joint": 20, "rigid-drive": 50, "seed-drive": 50, "geared-arm": 20,
+}  # fmt: skip
+PAIRS = {"axis": 12, "two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16, "geared-arm": 8}
 GROUPS = ("null", "single", "pair", "unknown", "recording")
 
 _ARM_ONLY = ("counterbalance", "load_dependent")
@@ -58,6 +63,12 @@ _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, an
     ("seed-drive", "j1.tacho"): tuple(TACHO),
     ("seed-drive", "j1.shaft3"): tuple(SHAFT),
     ("seed-drive", "j1.circuit"): tuple(CIRCUIT),
+    # Weight takes up an unbalance; an inertia is free anyway.
+    ("geared-arm", "j1.motor"): tuple(
+        k for k in MOVING if k not in ("added_inertia", "viscous", "unbalance", "warm_up", *_ARM_ONLY)
+    ),
+    ("geared-arm", "j1"): tuple(k for k in MOVING if k not in ("added_inertia", "unbalance", "warm_up", *_ARM_ONLY)),
+    ("geared-arm", "j1.gear"): tuple(SHAFT),
 }
 # On a wrist the centre of mass and the inertia of the motor take up what unbalance and added inertia would show.
 _SIX = (*(k for k in MOVING if k not in ("added_inertia", "unbalance")), *ARM, *ELASTIC)
@@ -170,7 +181,7 @@ def _open(machine: str) -> list[tuple[str, str]]:
 def _unknowns() -> Iterator[Case]:
     places: Mapping[str, tuple[str, ...]] = {
         "axis": ("j1",), "two-link": ("j1", "j2"), "six-joint": (), "rigid-drive": ("j1.motor",),
-        "seed-drive": ("j1.motor",),
+        "seed-drive": ("j1.motor",), "geared-arm": ("j1.motor", "j1"),
     }  # fmt: skip
     for (machine, fixed), level, kind in product(places.items(), LEVELS, UNKNOWN):
         turn = list(UNKNOWN).index(kind)
