@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import linalg
+from scipy import integrate, linalg
 
-from benchmarks.blind import axis, chain, laws, two_link
+from benchmarks.blind import axis, chain, geared, laws, two_link
 from benchmarks.blind.motions import CONTROL
 
 FOLDER = Path(laws.__file__).parent
@@ -242,3 +242,39 @@ def test_the_axis_obeys_its_equation() -> None:
     needed = 50.0 * np.diff(shown, 2) / CONTROL**2 + 30.0 * speed + np.where(speed > 0, 8.0, -6.0)
     moving = np.abs(speed) > 0.05
     np.testing.assert_allclose(force[1:-1][moving], needed[moving], atol=0.05)
+
+
+def test_the_geared_arm_moves_as_its_equations_say() -> None:
+    """Against an integration of the same torques with error control: weight, gear, play and friction of the speed."""
+    n, count = geared.RATIO, 400
+    true = {name: value for name, (value, _) in geared.TRUTH.items()}
+    shaft = np.zeros(len(chain.SHAFT))
+    shaft[chain.CUBIC], shaft[chain.CLEARANCE] = 0.5, 0.05
+    p = np.stack([row(viscous=true["b"]), row(quadratic=0.4)])
+    time = CONTROL * np.arange(count)
+    reference, speeds = -0.4 + 0.5 * np.sin(4.0 * time), 2.0 * np.cos(4.0 * time)
+    zero = np.zeros(count)
+    torque, angle, output = geared.simulate(
+        np.array(list(true.values())), shaft, p, reference, speeds, zero, zero, stride=1
+    )
+
+    def rate(_: float, x: np.ndarray, applied: float) -> list[float]:
+        motor, arm, w, v = x
+        twist = motor - n * arm
+        touching = abs(twist) > shaft[chain.CLEARANCE]
+        bent = twist - math.copysign(shaft[chain.CLEARANCE], twist) if touching else 0.0
+        through = true["c"] * bent + true["d"] * (w - n * v) + 0.5 * bent**3 if touching else 0.0
+        weight = true["m"] * 9.81 * true["a"]
+        return [
+            w,
+            v,
+            (applied - through - true["b"] * w) / true["J_m"],
+            (n * through - weight * math.cos(arm) - 0.4 * v * abs(v)) / (true["J_a"] + true["m"] * true["a"] ** 2),
+        ]
+
+    x = np.array([angle[0], output[0], n * speeds[0], speeds[0]])
+    for k in range(count - 1):
+        done = integrate.solve_ivp(rate, (0.0, CONTROL), x, args=(torque[k],), rtol=1e-10, atol=1e-12)
+        x = done.y[:, -1]
+        assert x[:2] == pytest.approx([angle[k + 1], output[k + 1]], abs=2e-5)
+    assert np.ptp(angle) > 5.0
