@@ -43,6 +43,7 @@ Progress = Callable[[str], None]
 Recordings = tuple[Recording, Recording]
 
 NYQUIST = 0.5  # periods per sample
+PLACES = 2  # of a group, at which laws that remember are fitted
 LIKELY = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
 
 
@@ -123,8 +124,12 @@ def _remembering(
     progress: Progress,
 ) -> Tried | None:
     least = WORTH + float(np.log(len(model.training.y)))
-    first = {tuple(each.laws): each for each in reversed(found)}.values()  # of each kind of memory, the best place
-    for each in sorted(first, key=lambda x: -x.gain):
+    places: dict[frozenset[str], list[Lasting]] = {}  # of each kind of memory the best, and those of its group
+    for each in sorted(found, key=lambda x: -x.gain):
+        here = places.setdefault(frozenset(each.laws), [])
+        if not here or (len(here) < PLACES and each.latent.place in here[0].group):
+            here.append(each)
+    for each in sorted((x for here in places.values() for x in here), key=lambda x: -x.gain):
         if each.beyond < least or each.gain < (LIKELY * best.score.gain if best else 0.0):
             continue
         tried = with_memory(model, current, each, recordings, progress)
