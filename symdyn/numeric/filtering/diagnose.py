@@ -52,13 +52,15 @@ def diagnose_hidden(
     given = current = explained(model, (), model.beliefs, start)
     findings: list[Finding] = []
     alarms: list[str] = []
-    recordings = (training, heldout)
+    recordings, asked = (training, heldout), None
     while len(findings) < MAX_FINDINGS and current.heldout > min(NEGLIGIBLE, LITTLE * given.heldout):
         current = sampled(model, current)
         remembering = lasting(model, current)
         best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
         best = unburdened(model, best) if best is not None else None
-        best, tried = loosened(model, current, best, tried, alarms, progress)
+        if current.found != asked:  # begun with the model as given: what else was fitted meanwhile does not matter
+            best, tried = loosened(model, current, best, tried, alarms, progress)
+            asked = current.found
         pair = both(model, current, tried, progress) if best is None else None
         if best is None and pair is None:
             again = relieved(model, current, progress)
