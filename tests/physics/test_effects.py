@@ -17,7 +17,7 @@ from mpmath import mpf, workdps
 
 from symdyn.base import symbols
 from symdyn.base.latex_check import is_safe_latex
-from symdyn.physics import catalogue, effects, schemas
+from symdyn.physics import catalogue, effects, law_variables, schemas, with_play
 from symdyn.physics.effect import EFFORT, MECHANICAL, MOVING, PORT, Effect, Port, Values
 from symdyn.physics.servo_loop import ServoLoop
 from symdyn.spec.effect_schema import ParameterSchema
@@ -321,3 +321,14 @@ class Pusher(Effect):
 
     def force(self, port: Port, p: Values) -> sp.Expr:
         return p["coefficient"] * port.v
+
+
+def test_laws_are_in_the_variables_that_their_equations_hold() -> None:
+    variables = {name: set(law_variables(name)) for name in ("stribeck_friction", "torque_ripple", "hardening_spring")}
+    assert variables == {
+        "stribeck_friction": {"speed"},
+        "torque_ripple": {"position"},
+        "hardening_spring": {"position"},
+    }
+    assert not law_variables("dahl_friction")  # in a state of its own
+    assert with_play() == {"backlash"}

@@ -28,7 +28,7 @@ from symdyn.physics import with_play
 
 Array = NDArray[np.float64]
 
-PART = 0.3  # of how far a shaft twists: the clearance that fits begin with, and what twists less is all play
+PART = 0.3  # of how far a shaft twists in the model as given: the clearance that fits begin with
 
 
 def loosened(
@@ -37,8 +37,8 @@ def loosened(
     """The likeliest of ``best`` and of the plays that the machine may have, and all that were fitted.
 
     Only where free runs are off by twice the sensors' noise with the best of all else, or by more than that noise where
-    nothing else is found. Each fit begins with the model
-    as given, with some play, and with forces of which nothing is known, so that flanks may meet when they do.
+    nothing else is found. Each fit begins with the model as given, with some play, and with forces of which nothing is
+    known, so that flanks may meet when they do.
     """
     plays = [c for c in ready(model, current) if c.effect in with_play()]
     if not plays or not (off(model, best.after, TWICE) if best else off(model, current)):
