@@ -61,11 +61,11 @@ def _over_time(traces: Traces) -> Markup:
         ax.plot(time, traces.before[window, j], color=BEFORE, linewidth=1.1, dashes=(4, 2))
         ax.plot(time, traces.after[window, j], color=AFTER, linewidth=1.1)
         ax.set_title(traces.joints[j], parse_math=False)
-        ax.set_ylabel(f"effort, {_unit(traces.effort_units[j])}", parse_math=False)
+        ax.set_ylabel(f"measured, {_unit(traces.effort_units[j])}", parse_math=False)
         ax.margins(x=0)
     axes[-1][0].set_xlabel("time, s", parse_math=False)
     caption = f"The {time[-1] - time[0]:.3g} s of the held-out recording in which the model as given was furthest off."
-    return _figure(figure, "time", "Measured and predicted effort", caption, MEASURED)
+    return _figure(figure, "time", "Measured and predicted", caption, MEASURED)
 
 
 def _residual_over_time(traces: Traces) -> Markup:
@@ -80,7 +80,7 @@ def _residual_over_time(traces: Traces) -> Markup:
         ax.set_ylabel(f"residual, {_unit(traces.effort_units[j])}", parse_math=False)
         ax.margins(x=0)
     axes[-1][0].set_xlabel("time, s", parse_math=False)
-    caption = "Measured less predicted effort, over the same time."
+    caption = "Measured less predicted, over the same time."
     return _figure(figure, "residual", "Residual over time", caption, KEY)
 
 
@@ -99,7 +99,7 @@ def _scatter(traces: Traces, what: str, x: Array, units: Sequence[str]) -> Marku
             ax.set_title(f"{traces.joints[j]}, {title}", parse_math=False)
             ax.set_xlabel(f"{what}, {_unit(units[j])}", parse_math=False)
         row[0].set_ylabel(f"residual, {_unit(traces.effort_units[j])}", parse_math=False)
-    caption = f"Measured less predicted effort. A mean that bends away from zero is structure in the {what}."
+    caption = f"Measured less predicted. A mean that bends away from zero is structure in the {what}."
     return _figure(figure, what, f"Residual over {what}", caption, KEY + MEAN)
 
 

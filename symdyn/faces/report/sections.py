@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 from markupsafe import Markup
 
 from symdyn import __version__
@@ -20,7 +21,6 @@ from symdyn.faces.words import (
     with_unit,
 )
 from symdyn.numeric.findings import Diagnosis, Errors, Finding
-from symdyn.numeric.fitting import relative_error
 from symdyn.spec.records import Parameter, Robot
 
 
@@ -101,18 +101,18 @@ def next_experiment_text(diagnosis: Diagnosis) -> Markup:
 
 
 def joints_table(diagnosis: Diagnosis) -> Markup:
-    """Relative errors per joint, beside what noise would leave. Before: from the traces; after: as diagnosed."""
+    """Relative errors per joint or channel, beside what noise would leave; those before by how much more was left."""
     traces = diagnosis.traces
-    column = {joint: j for j, joint in enumerate(traces.joints)}
+    size = [np.sqrt(np.mean((traces.effort - predicted) ** 2, axis=0)) for predicted in (traces.before, traces.after)]
+    more = dict(zip(traces.joints, size[0] / np.maximum(size[1], 1e-300), strict=True))
     rows = []
     for joint, errors in diagnosis.per_joint.items():
-        j = [column[joint]]
-        before = relative_error(traces.effort[:, j] - traces.before[:, j], traces.effort[:, j])
+        before = float(errors.heldout * more[joint])
         noise = diagnosis.noise_floor.per_joint.get(joint) if diagnosis.noise_floor else None
         rows.append((joint, percent(before), percent(errors.heldout), _noise(noise), percent(errors.training)))
     whole = diagnosis.noise_floor.errors if diagnosis.noise_floor else None
     rows.append(_total(diagnosis.before, diagnosis.after, whole))
-    return table(("Joint", "Held out, before", "Held out, after", "Noise floor", "Training, after"), rows)
+    return table(("Place", "Held out, before", "Held out, after", "Noise floor", "Training, after"), rows)
 
 
 def remaining_text(diagnosis: Diagnosis) -> Markup:
@@ -177,7 +177,7 @@ def provenance(diagnosis: Diagnosis) -> Markup:
             ("Training recording", f"{diagnosis.training}: effects were chosen and fitted on it"),
             ("Held-out recording", f"{diagnosis.heldout}: nothing was fitted to it, it judged each effect"),
             ("Analysis band", f"{band}, where the mismatch lives; model and recording pass the same filter"),
-            ("Error", "size of the residual over that of the measured effort, root mean square over the joints"),
+            ("Error", f"size of the residual over that of the {diagnosis.judged}, root mean square over the places"),
             ("Errors after", "computed by the kernel generated anew from the diagnosed robot.toml below"),
             ("Made by", f"symdyn {__version__}"),
         ]
