@@ -64,7 +64,7 @@ def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, sp
             for i in range(n):
                 laws.advance_states(p[i], v_mid[i], z[i], 0.5 * h, z_mid[i])
             twist_rate = v[n - 1] - v[n - 2]
-            loop_mid = loop + 0.5 * h * _loop_rate(last, twist_rate, loop)
+            loop_mid = loop + 0.5 * h * loop_rate(last, twist_rate, loop)
             force, load = _forces(springs, last, p, x_mid, v_mid, t + 0.5 * h, z_mid, loop_mid, motor[2] * i_mid, at)
             after = v + h * force / chain
             for i in range(n):
@@ -73,7 +73,7 @@ def simulate(chain, springs, last, amplifier, motor, p, at, tacho, reference, sp
             backwards[n - 2] += last[MU] * abs(load)
             laws.hold(after, mobility, forwards, backwards, dry)
             current += h * (volts - motor[0] * i_mid - motor[3] * v_mid[at]) / motor[1]
-            loop += h * _loop_rate(last, twist_rate, loop_mid)
+            loop += h * loop_rate(last, twist_rate, loop_mid)
             for i in range(n):
                 laws.advance_states(p[i], 0.5 * (v[i] + after[i]), z[i], h, z_mid[i])
             z[:] = z_mid
@@ -95,26 +95,33 @@ def _forces(springs, last, p, x, v, t, z, loop, torque, at):
         twist, rate = x[i + 1] - x[i], v[i + 1] - v[i]
         slope = 0.0
         if i == n - 2:
-            angle = last[ERROR_N] * x[i]
-            twist -= last[ERROR_C] * math.cos(angle) + last[ERROR_S] * math.sin(angle)
-            slope = last[ERROR_N] * (last[ERROR_S] * math.cos(angle) - last[ERROR_C] * math.sin(angle))
-            rate -= slope * v[i]
-            if abs(twist) <= last[CLEARANCE]:
-                twist, rate = 0.0, 0.0
-            else:
-                twist -= math.copysign(last[CLEARANCE], twist)
-        through = springs[i, 0] * twist + springs[i, 1] * rate
-        if i == n - 2:
-            if last[CLEARANCE] > 0.0 and through * twist < 0.0:  # a contact never pulls
-                through = 0.0
-            through += last[CUBIC] * twist**3 + last[LOOP_LEVEL] * loop
+            through, slope = across(last, springs[i, 0], springs[i, 1], twist, rate, x[i], v[i], loop)
+        else:
+            through = springs[i, 0] * twist + springs[i, 1] * rate
         force[i] += through * (1.0 + slope)
         force[i + 1] -= through
     return force, through
 
 
 @njit
-def _loop_rate(last, v, loop):
+def across(last, stiffness, damping, twist, rate, x, v, loop):
+    """What the last shaft transmits, and the slope of its kinematic error; ``x`` and ``v`` are those of its start."""
+    angle = last[ERROR_N] * x
+    twist -= last[ERROR_C] * math.cos(angle) + last[ERROR_S] * math.sin(angle)
+    slope = last[ERROR_N] * (last[ERROR_S] * math.cos(angle) - last[ERROR_C] * math.sin(angle))
+    rate -= slope * v
+    if abs(twist) <= last[CLEARANCE]:
+        twist, rate = 0.0, 0.0
+    else:
+        twist -= math.copysign(last[CLEARANCE], twist)
+    through = stiffness * twist + damping * rate
+    if last[CLEARANCE] > 0.0 and through * twist < 0.0:  # a contact never pulls
+        through = 0.0
+    return through + (last[CUBIC] * twist**3 + last[LOOP_LEVEL] * loop), slope
+
+
+@njit
+def loop_rate(last, v, loop):
     if last[LOOP_LEVEL] == 0.0:
         return 0.0
     shape = last[LOOP_SHAPE]

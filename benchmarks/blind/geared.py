@@ -13,18 +13,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.blind import laws
-from benchmarks.blind.chain import (
-    CLEARANCE,
-    CUBIC,
-    ERROR_C,
-    ERROR_N,
-    ERROR_S,
-    LOOP_LEVEL,
-    LOOP_SHAPE,
-    LOOP_YIELD,
-    MU,
-    SHAFT,
-)
+from benchmarks.blind.chain import CLEARANCE, MU, SHAFT, across, loop_rate
 from benchmarks.blind.effects import GRAVITY
 from benchmarks.blind.machine import Machine, Place, Recorded, parameter_lines
 from benchmarks.blind.motions import CONTROL, multisine
@@ -170,7 +159,7 @@ def simulate(true, shaft, p, reference, speeds, dither, noise, stride):
             for i in range(2):
                 laws.advance_states(p[i], v_mid[i], z[i], 0.5 * h, z_mid[i])
             rate = RATIO * v[1] - v[0]
-            loop_mid = loop + 0.5 * h * _loop_rate(shaft, rate, loop)
+            loop_mid = loop + 0.5 * h * loop_rate(shaft, rate, loop)
             force, load = _forces(true, shaft, p, x_mid, v_mid, t + 0.5 * h, z_mid, loop_mid, torque)
             after = v + h * force / masses
             for i in range(2):
@@ -178,7 +167,7 @@ def simulate(true, shaft, p, reference, speeds, dither, noise, stride):
             forwards[0] += shaft[MU] * abs(load)
             backwards[0] += shaft[MU] * abs(load)
             laws.hold(after, mobility, forwards, backwards, dry)
-            loop += h * _loop_rate(shaft, rate, loop_mid)
+            loop += h * loop_rate(shaft, rate, loop_mid)
             for i in range(2):
                 laws.advance_states(p[i], 0.5 * (v[i] + after[i]), z[i], h, z_mid[i])
             z[:] = z_mid
@@ -193,26 +182,8 @@ def _forces(true, shaft, p, x, v, t, z, loop, torque):
     force = np.empty(2)
     for i in range(2):
         force[i] = laws.smooth_force(p[i], x[i], v[i], t, z[i])
-    angle = shaft[ERROR_N] * x[0]
-    twist = RATIO * x[1] - x[0] - shaft[ERROR_C] * math.cos(angle) - shaft[ERROR_S] * math.sin(angle)
-    slope = shaft[ERROR_N] * (shaft[ERROR_S] * math.cos(angle) - shaft[ERROR_C] * math.sin(angle))
-    rate = RATIO * v[1] - v[0] - slope * v[0]
-    through = 0.0
-    if abs(twist) > shaft[CLEARANCE]:
-        twist -= math.copysign(shaft[CLEARANCE], twist)
-        through = true[4] * twist + true[5] * rate
-        if shaft[CLEARANCE] > 0.0 and through * twist < 0.0:  # a contact never pulls
-            through = 0.0
-        through += shaft[CUBIC] * twist**3
-    through += shaft[LOOP_LEVEL] * loop
+    twist, rate = RATIO * x[1] - x[0], RATIO * v[1] - v[0]
+    through, slope = across(shaft, true[4], true[5], twist, rate, x[0], v[0], loop)
     force[0] += torque + through * (1.0 + slope)
     force[1] -= RATIO * through + true[0] * GRAVITY * true[1] * math.cos(x[1])
     return force, through
-
-
-@njit
-def _loop_rate(shaft, v, loop):
-    if shaft[LOOP_LEVEL] == 0.0:
-        return 0.0
-    shape = shaft[LOOP_SHAPE]
-    return (v - shape * abs(v) * abs(loop) * loop - (1.0 - shape) * v * loop * loop) / shaft[LOOP_YIELD]

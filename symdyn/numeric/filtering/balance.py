@@ -12,7 +12,7 @@ from scipy import optimize
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.gears import BASELINE
-from symdyn.numeric.filtering.signals import Signals
+from symdyn.numeric.filtering.signals import Signals, opening
 
 Array = NDArray[np.float64]
 
@@ -57,19 +57,8 @@ def balance(kernel: Kernel, signals: Signals, hidden: Sequence[int], bend: Array
     along = []
     for i in known:
         measured, channel = shown[joints[i]]
-        along.append(_acceleration(signals, signals.y[:, channel]) * turns[i] / turns[measured])
+        along.append(opening(signals, signals.y[:, channel], SPAN)[1] * turns[i] / turns[measured])
     return Balance(kernel, signals.u[0], tuple(known), bend[known], np.array(along))
-
-
-def _acceleration(signals: Signals, position: Array) -> float:
-    """By a parabola through the positions (N,) of the first moment; 0 where they begin with a gap."""
-    parted = np.flatnonzero(np.isnan(signals.steps[:-1]))
-    last = int(parted[0]) if len(parted) else len(position) - 1
-    span = min(last, max(2, int(SPAN / float(np.nanmedian(signals.steps)))))
-    if span < 2:
-        return 0.0
-    here = slice(0, span + 1)
-    return 2.0 * float(np.polynomial.polynomial.polyfit(signals.time[here] - signals.time[0], position[here], 2)[2])
 
 
 def _crossing(excess: Callable[[float], float], start: float, bent: float) -> float:

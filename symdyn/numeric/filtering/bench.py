@@ -13,7 +13,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.balance import Balance, balance
 from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.kalman import run
-from symdyn.numeric.filtering.signals import Signals
+from symdyn.numeric.filtering.signals import Signals, opening
 
 Array = NDArray[np.float64]
 Driven = tuple[Array, Array, Array, Array]  # inputs, their slopes, steps, and how far parameters go along in each
@@ -273,7 +273,7 @@ def _start(kernel: Kernel, signals: Signals) -> tuple[Array, Array, float, Balan
     measured = {int(i) for i in signals.index}
     for c, index in enumerate(signals.index):
         if index < coordinates and coordinates + index not in measured:
-            x[coordinates + index] = _first_speed(signals, signals.y[:, c])
+            x[coordinates + index] = opening(signals, signals.y[:, c], BASELINE)[0]
             measured.add(coordinates + int(index))
     travel = np.where(travel > 0.0, travel, speed * len(signals.y) * float(np.nanmedian(signals.steps)))
     for first in (0, coordinates):
@@ -313,17 +313,6 @@ def _bends(
         if back[i] > 0.0 and travel[i] > 0.0:
             bend[i], frequency[i] = (pushed[i] + speed[i] ** 2 / travel[i]) / back[i], np.sqrt(back[i])
     return bend, frequency
-
-
-def _first_speed(signals: Signals, position: Array) -> float:
-    """By a parabola through the positions (N,) of the first moment; 0 where they begin with a gap."""
-    parted = np.flatnonzero(np.isnan(signals.steps[:-1]))
-    last = int(parted[0]) if len(parted) else len(position) - 1
-    span = min(last, max(2, int(BASELINE / float(np.nanmedian(signals.steps)))))
-    if span < 2:
-        return 0.0
-    here = slice(0, span + 1)
-    return float(np.polynomial.polynomial.polyfit(signals.time[here] - signals.time[0], position[here], 2)[1])
 
 
 @njit(cache=True)

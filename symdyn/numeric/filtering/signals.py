@@ -101,6 +101,18 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
     )  # fmt: skip
 
 
+def opening(signals: Signals, position: Array, span: float) -> tuple[float, float]:
+    """Speed and acceleration as a position (N,) begins, by a parabola over ``span`` s; 0 where it begins with a gap."""
+    parted = np.flatnonzero(np.isnan(signals.steps[:-1]))
+    last = int(parted[0]) if len(parted) else len(position) - 1
+    count = min(last, max(2, int(span / float(np.nanmedian(signals.steps)))))
+    if count < 2:
+        return 0.0, 0.0
+    here = slice(0, count + 1)
+    bent = np.polynomial.polynomial.polyfit(signals.time[here] - signals.time[0], position[here], 2)
+    return float(bent[1]), 2.0 * float(bent[2])
+
+
 def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, float]:
     """The kernel's signal that a channel shows, and the factor from the channel to it."""
     quantity, address, side = key
