@@ -239,6 +239,7 @@ class Diagnosis:
     noise_floor: NoiseFloor | None = None  # None: the recording does not tell it
     next_experiment: NextExperiment | None = None
     judged: str = "effort"  # what errors are relative to, for people
+    per_joint_before: Mapping[str, Errors] | None = None  # None: the traces tell it
 
     def to_json(self) -> Json:
         """The facts for other programs; the same words as in the report."""

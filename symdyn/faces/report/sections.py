@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 from markupsafe import Markup
 
 from symdyn import __version__
@@ -21,6 +20,7 @@ from symdyn.faces.words import (
     with_unit,
 )
 from symdyn.numeric.findings import Diagnosis, Errors, Finding
+from symdyn.numeric.fitting import relative_error
 from symdyn.spec.records import Parameter, Robot
 
 
@@ -101,13 +101,14 @@ def next_experiment_text(diagnosis: Diagnosis) -> Markup:
 
 
 def joints_table(diagnosis: Diagnosis) -> Markup:
-    """Relative errors per joint or channel, beside what noise would leave; those before by how much more was left."""
-    traces = diagnosis.traces
-    size = [np.sqrt(np.mean((traces.effort - predicted) ** 2, axis=0)) for predicted in (traces.before, traces.after)]
-    more = dict(zip(traces.joints, size[0] / np.maximum(size[1], 1e-300), strict=True))
+    """Relative errors per joint or channel, beside what noise would leave."""
+    traces, told = diagnosis.traces, diagnosis.per_joint_before
+    column = {joint: j for j, joint in enumerate(traces.joints)}
     rows = []
     for joint, errors in diagnosis.per_joint.items():
-        before = float(errors.heldout * more[joint])
+        j = [column[joint]]
+        shown = relative_error(traces.effort[:, j] - traces.before[:, j], traces.effort[:, j])
+        before = shown if told is None else told[joint].heldout
         noise = diagnosis.noise_floor.per_joint.get(joint) if diagnosis.noise_floor else None
         rows.append((joint, percent(before), percent(errors.heldout), _noise(noise), percent(errors.training)))
     whole = diagnosis.noise_floor.errors if diagnosis.noise_floor else None

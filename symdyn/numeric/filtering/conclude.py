@@ -79,6 +79,7 @@ def conclude(
         located=_located(as_given, given, places) if beyond(before.heldout, floor.errors.heldout) > SHARE else (),
         noise_floor=floor,
         judged="motion of the channels in free runs",
+        per_joint_before={c: Errors(float(a), float(b)) for c, a, b in zip(channels, *given.errors, strict=True)},
     )
 
 
