@@ -12,6 +12,7 @@ from scipy import signal
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.gearing import at_joints
 from symdyn.numeric.memory import driven_states
 from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
 from symdyn.numeric.reading import declared
@@ -68,7 +69,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
     has coordinates or states that inverse dynamics would need and nobody measures.
     """
     _refuse_hidden(robot, kernel)
-    recording = steady(recording)
+    recording = steady(at_joints(robot, recording))
     positions = np.column_stack([recording.channel(Quantity.POSITION, joint.name) for joint in robot.joints])
     rate = 1.0 / recording.sample_time
     limit = cutoff if cutoff is not None else motion_cutoff(positions, recording.segments, rate)

@@ -9,7 +9,7 @@ import numpy as np
 
 from symdyn.base.errors import Problem, Where
 from symdyn.numeric.recording_time import Samples, Segments
-from symdyn.spec.records import Channel, Quantity
+from symdyn.spec.records import Channel, Quantity, Side
 
 _WINDOW = 16  # samples over which a change of position is held against the integral of velocity
 MANY_TURNS = 4.0 * math.pi  # rad: angles that go further may be in degrees
@@ -37,13 +37,18 @@ def check_channels(
         if np.ptp(values) == 0.0:
             message = f"channel '{channel.column}' is constant ({values[0]:.6g}): it tells nothing"
             warnings.append(Problem("SD508", message, where))
-        elif channel.quantity is Quantity.POSITION and channel.unit == "rad":
+        elif channel.quantity is Quantity.POSITION and channel.unit == "rad" and not _behind_a_gear(channel):
             warnings += _suspect_degrees(channel, values, where)
         if channel.quantity is Quantity.VELOCITY and (channel.joint, channel.side) in positions:
             reference, position = positions[channel.joint, channel.side]
             found, blatant = _compare(_movement(time, segments, position, values), channel, reference, where)
             (errors if blatant else warnings).extend(found)
     return errors, warnings
+
+
+def _behind_a_gear(channel: Channel) -> bool:
+    """Whether it shows a part of a drive, which turns many times with its joint."""
+    return channel.side is Side.MOTOR or "." in channel.joint
 
 
 def _suspect_degrees(channel: Channel, values: Samples, where: Where) -> list[Problem]:

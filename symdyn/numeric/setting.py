@@ -14,6 +14,7 @@ from symdyn.numeric.candidates import Candidate, bounds, candidates
 from symdyn.numeric.carried import frictions
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
+from symdyn.numeric.gearing import at_joints
 from symdyn.numeric.laws import Known, Laws
 from symdyn.numeric.observation import Observation, observe
 from symdyn.numeric.position_spectrum import WHOLE
@@ -129,6 +130,7 @@ def prepare(
     """Derive, compile, observe. Parameters ``fixed`` stay as the model gives them."""
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
     kernel = parametric_kernel(robot)
+    training, heldout = (at_joints(robot, recording) for recording in (training, heldout))
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
     fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))

@@ -34,21 +34,25 @@ def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Find
     path: KeyPath = ("recording",)
     motions = {joint.name: motion_of(joint.kind) for joint in joints}
     motions |= {place.address: place.motion for joint in joints for place in joint_places(joint)}
+    drives = {joint.name: Motion.ROTATIONAL for joint in joints if joint.drive is not None}  # whatever the joint does
+    by_side = {Side.LINK: motions, Side.MOTOR: motions | drives}
     time_factor = _factor(table.time.unit, "s", (*path, "time", "unit"), findings)
     channels = tuple(
-        _read_channel(channel, (*path, "channel", i), motions, findings) for i, channel in enumerate(table.channel)
+        _read_channel(channel, (*path, "channel", i), by_side, findings) for i, channel in enumerate(table.channel)
     )
     _check_columns(table, findings)
     _check_measured_once(channels, findings)
     return ChannelMap(table.time.column, time_factor, channels, findings.where(path), table.time.unit)
 
 
-def _read_channel(table: ChannelTable, path: KeyPath, motions: Mapping[str, Motion], findings: Findings) -> Channel:
-    quantity = Quantity(table.quantity)
+def _read_channel(
+    table: ChannelTable, path: KeyPath, motions: Mapping[Side, Mapping[str, Motion]], findings: Findings
+) -> Channel:
+    quantity, side = Quantity(table.quantity), Side(table.side)
     factor = 1.0
-    motion = motions.get(table.joint)
+    motion = motions[side].get(table.joint)
     if motion is None:
-        advice = did_you_mean(table.joint, motions, "joints and parts of drives")
+        advice = did_you_mean(table.joint, motions[side], "joints and parts of drives")
         findings.error((*path, "joint"), "SD104", f"no joint {quoted(table.joint)}", advice)
     else:
         moves = Motion.ROTATIONAL if motion is Motion.ELECTRICAL else motion
@@ -59,7 +63,7 @@ def _read_channel(table: ChannelTable, path: KeyPath, motions: Mapping[str, Moti
         table.column,
         quantity,
         table.joint,
-        Side(table.side),
+        side,
         table.unit,
         factor,
         table.scale,

@@ -244,6 +244,17 @@ def test_the_drive_of_a_prismatic_joint_turns(valid: str, catalogue: Catalogue) 
     assert units["elbow_viscous_friction_coefficient"] == "N s/m"
 
 
+def test_the_motors_side_of_a_prismatic_joint_turns(valid: str, catalogue: Catalogue, tmp_path: Path) -> None:
+    robot = read_robot_text(valid.replace('["q", 0, "l_2", "90 deg"]', '[0, "q", 0, 0]'), "f", catalogue)
+    path = tmp_path / "channels.toml"
+    path.write_text(CHANNELS, encoding="utf-8")
+    assert read_channel_map(path, robot).channels[0].factor == math.pi / 180
+    path.write_text(CHANNELS.replace('side = "motor"', 'side = "link"'), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_channel_map(path, robot)
+    assert [p.code for p in caught.value.problems] == ["SD221"]
+
+
 def test_gain_tells_the_input(valid: str, catalogue: Catalogue) -> None:
     for unit, gain in [("V", '"2 N m/V"'), ("A", '"2 mNm/mA"')]:
         text = valid.replace('[[joint]]\nname = "elbow"', f'actuator = {{ gain = {gain} }}\n[[joint]]\nname = "elbow"')

@@ -1,4 +1,4 @@
-"""How the parts of a machine turn with its joints, and how fast they usually do, by what was recorded."""
+"""How far the parts of a machine go with its joints, and how fast they usually do, by what was recorded."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.numeric.gearing import coordinate_shown, gear_ratio, joint_of, motor_rotor, number
 from symdyn.numeric.recording import ChannelKey, Recording
-from symdyn.spec.monomials import value_of
-from symdyn.spec.records import Joint, Monomial, Quantity, Robot, Side
+from symdyn.spec.records import Quantity, Robot
 
 Array = NDArray[np.float64]
 
@@ -18,51 +18,10 @@ TACHOMETER = "tachometer"
 UNKNOWN = 1.0  # speed of a joint of which nothing tells it
 
 
-def number(robot: Robot, monomial: Monomial) -> float:
-    """At the parameters as given; a free one counts as 1."""
-    return value_of(monomial, {p.name: 1.0 if p.value is None else p.value for p in robot.parameters}) or 0.0
-
-
-def gear_ratio(robot: Robot, joint: Joint) -> float:
-    """Turns of the motor per turn of the joint (per metre, if it slides)."""
-    return number(robot, joint.drive.ratio) if joint.drive is not None else 1.0
-
-
-def joint_of(robot: Robot, address: str) -> Joint:
-    """The joint that an address is, or belongs to."""
-    return next(joint for joint in robot.joints if joint.name == address.partition(".")[0])
-
-
 def per_joint(robot: Robot, addresses: Sequence[str]) -> Array:
     """(n,) how far each coordinate goes with its joint, where nothing twists: its gear ratio, or 1."""
     ratios = {joint.name: gear_ratio(robot, joint) for joint in robot.joints}
     return np.array([ratios[at.partition(".")[0]] if "." in at else 1.0 for at in addresses])
-
-
-def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
-    """The coordinate that a channel of position or speed shows, and the factor from the channel to it."""
-    _, address, side = key
-    joint = joint_of(robot, address)
-    if "." not in address and side is Side.MOTOR:
-        address = motor_rotor(joint) or address
-    return (joint.name, 1.0 / gear_ratio(robot, joint)) if turns_with_joint(joint, address) else (address, 1.0)
-
-
-def turns_with_joint(joint: Joint, address: str) -> bool:
-    """Whether it is the address of a rotor that has no coordinate of its own."""
-    rotors = joint.drive.rotors if joint.drive is not None else ()
-    return any(r.fixed_to_joint and address == f"{joint.name}.{r.name}" for r in rotors)
-
-
-def motor_rotor(joint: Joint) -> str | None:
-    """The rotor that a motor-side encoder shows: that of the motor, or which the effort acts on, or the first."""
-    if joint.drive is None:
-        return None
-    if joint.drive.motor is not None:
-        return f"{joint.name}.{joint.drive.motor.at}"
-    if joint.drive.effort_at:
-        return f"{joint.name}.{joint.drive.effort_at}"
-    return f"{joint.name}.{joint.drive.rotors[0].name}" if joint.drive.rotors else None
 
 
 def usual_speeds(robot: Robot, recording: Recording, addresses: Sequence[str]) -> Array:

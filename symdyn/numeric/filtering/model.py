@@ -14,10 +14,11 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs
 from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise
-from symdyn.numeric.filtering.gears import joint_of, number, usual_speeds
+from symdyn.numeric.filtering.gears import usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
+from symdyn.numeric.gearing import joint_of, number
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.places import places

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.gears import gear_ratio
+from symdyn.numeric.gearing import gear_ratio
 from symdyn.spec.places import joint_places
 from symdyn.spec.records import Drive, Joint, PlaceKind, Robot
 

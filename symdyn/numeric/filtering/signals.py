@@ -10,17 +10,10 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.filtering.gears import (
-    coordinate_shown,
-    gear_ratio,
-    joint_of,
-    motor_rotor,
-    per_joint,
-    turns_with_joint,
-    usual_speeds,
-)
+from symdyn.numeric.filtering.gears import per_joint, usual_speeds
+from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_of, motor_rotor
 from symdyn.numeric.recording import ChannelKey, Recording
-from symdyn.spec.records import EffectSpec, Quantity, Robot, Side
+from symdyn.spec.records import EffectSpec, Quantity, Robot
 
 Array = NDArray[np.float64]
 
@@ -115,16 +108,13 @@ def opening(signals: Signals, position: Array, span: float) -> tuple[float, floa
 
 def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, float]:
     """The kernel's signal that a channel shows, and the factor from the channel to it."""
-    quantity, address, side = key
+    quantity, address, _ = key
     joint = joint_of(robot, address)
     scale = 1.0
     if quantity in (Quantity.POSITION, Quantity.VELOCITY):
         address, scale = coordinate_shown(robot, key)
     if quantity is Quantity.EFFORT:
-        if side is Side.MOTOR:
-            address = motor_rotor(joint) or address
-        if turns_with_joint(joint, address):
-            address, scale = joint.name, gear_ratio(robot, joint)
+        address, scale = effort_shown(robot, key)
         candidates = [f"{address}.effort", f"{address}.input"]
     elif quantity in _INPUT_UNIT:
         motor = motor_rotor(joint)

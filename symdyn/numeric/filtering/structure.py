@@ -11,7 +11,6 @@ import numpy as np
 
 from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
-from symdyn.numeric.filtering.gears import motor_rotor, turns_with_joint
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
@@ -25,6 +24,7 @@ from symdyn.numeric.filtering.model import (
     with_latent,
     without_latent,
 )
+from symdyn.numeric.gearing import motor_rotor, turns_with_joint
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import JOINT_END, Joint, Monomial, Parameter, Quantity, Robot, Shaft, Side
 

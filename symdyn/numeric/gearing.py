@@ -1,0 +1,95 @@
+"""What a drive's motor shows of a joint that is geared to it rigidly: positions, speeds and efforts, by the ratio."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.spec.monomials import value_of
+from symdyn.spec.records import Joint, Monomial, Quantity, Robot, Side
+
+MOTIONS = (Quantity.POSITION, Quantity.VELOCITY)
+
+
+def at_joints(robot: Robot, recording: Recording) -> Recording:
+    """With what the motors' side of rigid gears shows told as the joints' own, where the joint's side shows nothing.
+
+    A position of the motor is the joint's times the ratio; an effort of the motor, that over the ratio. Volts and
+    amperes stay: an actuator's gain is that to the joint's effort.
+    """
+    found: dict[ChannelKey, NDArray[np.float64]] = {}
+    geared: dict[ChannelKey, NDArray[np.float64]] = {}
+    for key, values in recording.channels.items():
+        at, factor = (coordinate_shown if key[0] in MOTIONS else effort_shown)(robot, key)
+        joint = joint_of(robot, at)
+        if key[0] not in (*MOTIONS, Quantity.EFFORT) or at != joint.name or key[1:] == (at, Side.LINK):
+            found[key] = values
+        else:
+            geared.setdefault((key[0], at, Side.LINK), _frozen(factor * values))
+    return replace(recording, channels=MappingProxyType({**geared, **found})) if geared else recording
+
+
+def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    values.setflags(write=False)
+    return values
+
+
+def number(robot: Robot, monomial: Monomial) -> float:
+    """At the parameters as given; a free one counts as 1."""
+    return value_of(monomial, {p.name: 1.0 if p.value is None else p.value for p in robot.parameters}) or 0.0
+
+
+def gear_ratio(robot: Robot, joint: Joint) -> float:
+    """Turns of the motor per turn of the joint (per metre, if it slides)."""
+    return number(robot, joint.drive.ratio) if joint.drive is not None else 1.0
+
+
+def joint_of(robot: Robot, address: str) -> Joint:
+    """The joint that an address is, or belongs to."""
+    return next(joint for joint in robot.joints if joint.name == address.partition(".")[0])
+
+
+def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
+    """The coordinate that a channel of position or speed shows, and the factor from the channel to it."""
+    joint = joint_of(robot, key[1])
+    at, geared = _coordinate(joint, key)
+    return at, 1.0 / gear_ratio(robot, joint) if geared else 1.0
+
+
+def effort_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:
+    """The coordinate that a channel of effort acts on, and the factor from the channel to that effort."""
+    joint = joint_of(robot, key[1])
+    at, geared = _coordinate(joint, key)
+    return at, gear_ratio(robot, joint) if geared else 1.0
+
+
+def _coordinate(joint: Joint, key: ChannelKey) -> tuple[str, bool]:
+    """Where a channel is, and whether a rigid gear is between."""
+    _, address, side = key
+    if "." not in address and side is Side.MOTOR and joint.drive is not None:
+        rotor = motor_rotor(joint)
+        if rotor is None:
+            return joint.name, True
+        address = rotor
+    return (joint.name, True) if turns_with_joint(joint, address) else (address, False)
+
+
+def turns_with_joint(joint: Joint, address: str) -> bool:
+    """Whether it is the address of a rotor that has no coordinate of its own."""
+    rotors = joint.drive.rotors if joint.drive is not None else ()
+    return any(r.fixed_to_joint and address == f"{joint.name}.{r.name}" for r in rotors)
+
+
+def motor_rotor(joint: Joint) -> str | None:
+    """The rotor that a motor-side encoder shows: that of the motor, or which the effort acts on, or the first."""
+    if joint.drive is None:
+        return None
+    if joint.drive.motor is not None:
+        return f"{joint.name}.{joint.drive.motor.at}"
+    if joint.drive.effort_at:
+        return f"{joint.name}.{joint.drive.effort_at}"
+    return f"{joint.name}.{joint.drive.rotors[0].name}" if joint.drive.rotors else None
