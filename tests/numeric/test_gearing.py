@@ -82,9 +82,7 @@ def test_friction_is_found_by_an_arms_motors_alone() -> None:
         channels = {**recording.channels, (EFFORT, "two", Side.LINK): effort}
         runs.append(at_motors(replace(recording, channels=MappingProxyType(channels))))
     found = diagnose(robot, *runs, band=12.0)
-    assert [(f.effect, f.place, f.group) for f in found.findings] == [
-        ("coulomb_friction", "two", ("two", "two.motor"))
-    ]
+    assert [(f.effect, f.place, f.group) for f in found.findings] == [("coulomb_friction", "two", ("two", "two.motor"))]
     assert found.findings[0].parameters["level"].value == pytest.approx(0.2, rel=0.02)
 
 
