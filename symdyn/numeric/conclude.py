@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.compiler import parametric_kernel, robot_from_text
+from symdyn.compiler import robot_from_text
 from symdyn.numeric.alarms import absorbing, even, unearthly, weightless
 from symdyn.numeric.beyond_noise import beyond_noise, left_by_positions
+from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
@@ -39,7 +40,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     case, final, first, given = inquiry.case, inquiry.current, inquiry.first, inquiry.given
     findings, alarms = inquiry.findings, inquiry.alarms
     diagnosed = specification(case, final)
-    emitted = parametric_kernel(diagnosed)
+    emitted = mechanical_kernel(diagnosed)
     bench = Workbench(emitted, case.bench.observation, case.bench.band)
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)

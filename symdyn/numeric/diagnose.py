@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
+from symdyn.numeric.circuits import driven_by_current, mechanics, untested_circuits
 from symdyn.numeric.conclude import conclude
 from symdyn.numeric.confused import check_confused
 from symdyn.numeric.excitation import unexcited
@@ -73,14 +74,17 @@ def diagnose(
     """
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
-        if has_hidden_parts(robot, fitted):
+        hidden = has_hidden_parts(robot, fitted)
+        tested = driven_by_current(robot, (fitted, judge)) if hidden else mechanics(robot)
+        if hidden:
             from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
             found = diagnose_hidden(robot, fitted, judge, progress, hold)
         else:
             fixed = held_parameters(robot, fitted_parameters(robot), hold)
             found = _diagnose(robot, fitted, judge, band, fixed, progress)
-    return replace(found, alarms=tuple(dict.fromkeys((*doubts(training, heldout), *found.alarms))))
+    told = (*doubts(training, heldout), *untested_circuits(robot, tested), *found.alarms)
+    return replace(found, alarms=tuple(dict.fromkeys(told)))
 
 
 def _diagnose(

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError
-from symdyn.compiler import parametric_kernel, robot_from_text
+from symdyn.compiler import robot_from_text
 from symdyn.numeric.candidates import GRAVITY
+from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.explanation import CERTAIN, SPECK, Revised
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry, estimates
@@ -189,7 +190,7 @@ def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
     freed = robot_from_text(numbers.written(robot), robot.where.file if robot.where else robot.name)
     names = tuple(numbers.names(freed).values())
     own = (*(name for name in setting.own if name not in names), *names)
-    return replace(setting, robot=freed, kernel=parametric_kernel(freed), own=own, _shown={}, _forces={})
+    return replace(setting, robot=freed, kernel=mechanical_kernel(freed), own=own, _shown={}, _forces={})
 
 
 def missing_numbers(setting: Setting) -> list[Freed]:

@@ -13,6 +13,7 @@ from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Joint, Monomial, Quantity, Robot, Side
 
 MOTIONS = (Quantity.POSITION, Quantity.VELOCITY)
+TACHOMETER = "tachometer"
 
 
 def at_joints(robot: Robot, recording: Recording) -> Recording:

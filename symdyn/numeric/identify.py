@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.compiler import parametric_kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import bounds, fitted_parameters
+from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.observation import observe
@@ -80,7 +80,7 @@ def fitted(
 ) -> Fitted:
     """The fit itself. Raises as ``identify`` does."""
     progress(f"deriving and compiling {robot.name}")
-    kernel = parametric_kernel(robot)
+    kernel = mechanical_kernel(robot)
     wide = Workbench(kernel, read(observe(robot, kernel, recording), declared(robot)))
     values = kernel.values
     names = [n for n in fitted_parameters(robot) if np.any(wide.columns(values, [n]))]

@@ -12,6 +12,7 @@ from scipy import signal
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.circuits import effort_by_current
 from symdyn.numeric.gearing import at_joints
 from symdyn.numeric.memory import driven_states
 from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
@@ -86,7 +87,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
 
 
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:
-    """(N, n) effort at the joints: a measured effort, or the actuator's input times its gain.
+    """(N, n) effort at the joints: measured, or by its motor's current, or the actuator's input times its gain.
 
     An ``effort_gain`` is not in it: that is how a recording is read (``reading``), whichever way it was made.
     """
@@ -100,6 +101,10 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
             continue
         if recording.has(Quantity.EFFORT, joint.name):
             direct[:, i] = recording.channel(Quantity.EFFORT, joint.name)
+            continue
+        by_current = effort_by_current(robot, joint, recording)
+        if by_current is not None:
+            direct[:, i] = by_current
             continue
         wanted = {"V": Quantity.VOLTAGE, "A": Quantity.CURRENT}.get(joint.actuator.input_unit if joint.actuator else "")
         if wanted is None or not recording.has(wanted, joint.name):

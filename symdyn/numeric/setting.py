@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symdyn.compiler import parametric_kernel
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
 from symdyn.numeric.carried import frictions
+from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.gearing import at_joints
@@ -129,7 +129,7 @@ def prepare(
 ) -> Setting:
     """Derive, compile, observe. Parameters ``fixed`` stay as the model gives them."""
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
-    kernel = parametric_kernel(robot)
+    kernel = mechanical_kernel(robot)
     training, heldout = (at_joints(robot, recording) for recording in (training, heldout))
     seen, readings = observe(robot, kernel, training), declared(robot)
     proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))

@@ -12,6 +12,7 @@ from symdyn.base.errors import InputError, NumericalError, Problem
 from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds, fitted_parameters
+from symdyn.numeric.circuits import mechanics
 from symdyn.numeric.experiment.motions import Motion
 from symdyn.numeric.fitting import fit
 from symdyn.numeric.regression import solve_linear
@@ -67,7 +68,7 @@ def explained(robot: Robot) -> Explained:
     Raises InputError (SD332) where coordinates or states would have to be known that no joint shows, or a
     parameter has no number.
     """
-    kernel = compile_robot(robot).kernel()
+    kernel = compile_robot(mechanics(robot)).kernel()
     joints = {joint.name for joint in robot.joints}
     hidden = [c for c in kernel.coordinates if c not in joints]
     hidden += list(kernel.states[2 * len(kernel.coordinates) :])

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.gearing import coordinate_shown, gear_ratio, joint_of, motor_rotor, number
+from symdyn.numeric.gearing import TACHOMETER, coordinate_shown, gear_ratio, joint_of, motor_rotor, number
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.spec.records import Quantity, Robot
 
 Array = NDArray[np.float64]
 
 BASELINE = 0.02  # s over which a position is differenced: no noise is blown up
-TACHOMETER = "tachometer"
 UNKNOWN = 1.0  # speed of a joint of which nothing tells it
 
 

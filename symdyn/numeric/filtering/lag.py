@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import Explanation, explained, remembered
-from symdyn.numeric.filtering.gears import TACHOMETER
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import Lagging, Model, carried, prepare
 from symdyn.numeric.filtering.score import Left
+from symdyn.numeric.gearing import TACHOMETER
 from symdyn.numeric.recording import Recording
 from symdyn.physics import catalogue
 from symdyn.spec.records import EffectSpec, Monomial, Parameter

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from symdyn.numeric.circuits import current_of, has_voltage
 from symdyn.numeric.gearing import at_joints, coordinate_shown
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.recording_quality import quantisation_noise
-from symdyn.spec.records import Quantity, Robot, Side
+from symdyn.spec.records import Joint, Quantity, Robot, Side
 
 FEW = 2  # joints: a filter of more, with every gear soft, takes more than minutes
 BEYOND = 2.0  # times what the encoders leave between the two ends of a gear that is rigid
@@ -26,12 +27,20 @@ def has_hidden_parts(robot: Robot, recording: Recording) -> bool:
             return True
         if not shown.has(Quantity.POSITION, joint.name):
             return True
-        if drive is not None and drive.motor is not None and not shown.has(Quantity.EFFORT, joint.name):
+        if drive is not None and drive.motor is not None and _needs_circuit(robot, joint, shown):
             return True
     gears = [joint.name for joint in robot.joints if measured_at_both_ends(robot, recording, joint.name)]
     if len(robot.joints) == 1:
         return bool(gears)
     return len(robot.joints) <= FEW and any(_goes_apart(robot, recording, joint) for joint in gears)
+
+
+def _needs_circuit(robot: Robot, joint: Joint, recording: Recording) -> bool:
+    """Whether a motor's effort follows from its voltage alone; of a single joint that is held against the current."""
+    if recording.has(Quantity.EFFORT, joint.name):
+        return False
+    tested = len(robot.joints) == 1 and has_voltage(robot, joint, recording)
+    return tested or current_of(joint, recording) is None
 
 
 def measured_at_both_ends(robot: Robot, recording: Recording, joint: str) -> bool:

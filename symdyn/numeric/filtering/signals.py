@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.filtering.gears import per_joint, usual_speeds
 from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_of, motor_rotor
 from symdyn.numeric.recording import ChannelKey, Recording
@@ -44,7 +45,11 @@ class Signals:
 
 
 def seen_by(robot: Robot, recordings: Sequence[Recording]) -> Robot:
-    """The robot with an ammeter wherever a current was measured that is no state of its circuit."""
+    """The robot with an ammeter wherever a current was measured that is no state of its circuit.
+
+    Where no voltage was recorded, the current is what drives it.
+    """
+    robot = driven_by_current(robot, recordings)
     keys = {key for recording in recordings for key in recording.channels}
     present = {(e.type, e.at) for e in robot.effects}
     added = []
@@ -123,8 +128,8 @@ def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, fl
         candidates = [f"{p}.ammeter" for p in places if quantity is Quantity.CURRENT]
         candidates += [f"{p}.{quantity.value}" for p in places]
         inputs = dict(zip(kernel.inputs, kernel.input_units, strict=True))
-        if inputs.get(f"{address}.input") == _INPUT_UNIT[quantity]:
-            candidates.append(f"{address}.input")
+        if inputs.get(f"{joint.name}.input") == _INPUT_UNIT[quantity]:
+            candidates.append(f"{joint.name}.input")
     else:
         candidates = [f"{address}.{_STATE[quantity]}"]
     known = (*kernel.inputs, *kernel.states, *kernel.outputs)
