@@ -1,4 +1,4 @@
-"""Motors' circuits that a diagnosis does without: the current was recorded, or the effort, and drives the joint."""
+"""Motors of which the current was recorded: what it exerts, in place of a circuit that no voltage tests."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.compiler import parametric_kernel
-from symdyn.emit.kernel import Kernel
 from symdyn.numeric.gearing import TACHOMETER, gear_ratio, number, turns_with_joint
+from symdyn.numeric.mechanics import with_joints
 from symdyn.numeric.recording import Recording
-from symdyn.spec.places import joint_places
-from symdyn.spec.records import Actuator, Joint, Monomial, Motor, PlaceKind, Quantity, Robot
+from symdyn.spec.records import Actuator, Joint, Monomial, Quantity, Robot
 
 Array = NDArray[np.float64]
 
@@ -47,38 +45,7 @@ def driven_by_current(robot: Robot, recordings: Sequence[Recording]) -> Robot:
     Effects of such a circuit (its amplifier's) are gone with it.
     """
     changed = (_driven(joint) if _imposed(robot, joint, recordings) else joint for joint in robot.joints)
-    return _with_joints(robot, tuple(changed))
-
-
-def mechanical_kernel(robot: Robot) -> Kernel:
-    """Of the ``mechanics``, parameters left free."""
-    return parametric_kernel(mechanics(robot))
-
-
-def mechanics(robot: Robot) -> Robot:
-    """The robot without any circuit, for inverse dynamics, which efforts are given to."""
-    motors = (replace(j, drive=replace(j.drive, motor=None)) if j.drive is not None else j for j in robot.joints)
-    return _with_joints(robot, tuple(motors))
-
-
-def _with_joints(robot: Robot, joints: tuple[Joint, ...]) -> Robot:
-    """And without effects at circuits that these do not have."""
-    circuits = [
-        {p.address for j in of for p in joint_places(j) if p.kind is PlaceKind.CIRCUIT} for of in (robot.joints, joints)
-    ]
-    gone = circuits[0] - circuits[1]
-    kept = tuple(effect for effect in robot.effects if effect.at not in gone)
-    return replace(robot, joints=joints, effects=kept) if gone else robot
-
-
-def untested_circuits(robot: Robot, tested: Robot) -> tuple[str, ...]:
-    """What is to be said of circuits that the machine has and what was ``tested`` of it has not."""
-    joints = zip(robot.joints, tested.joints, strict=True)
-    return tuple(
-        f"the circuit of {joint.name} is not tested: its motor is driven by what was recorded behind it"
-        for joint, without in joints
-        if _circuit(joint) is not None and _circuit(without) is None
-    )
+    return with_joints(robot, tuple(changed))
 
 
 def _imposed(robot: Robot, joint: Joint, recordings: Sequence[Recording]) -> bool:
@@ -90,13 +57,9 @@ def _imposed(robot: Robot, joint: Joint, recordings: Sequence[Recording]) -> boo
     )
 
 
-def _circuit(joint: Joint) -> Motor | None:
-    return joint.drive.motor if joint.drive is not None else None
-
-
 def _addresses(joint: Joint) -> tuple[str, ...]:
     """By which a channel may name the motor; none where there is no motor."""
-    motor = _circuit(joint)
+    motor = joint.drive.motor if joint.drive is not None else None
     return () if motor is None else (joint.name, f"{joint.name}.{motor.at}", f"{joint.name}.{motor.name}")
 
 

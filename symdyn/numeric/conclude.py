@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.alarms import absorbing, even, unearthly, weightless
 from symdyn.numeric.beyond_noise import beyond_noise, left_by_positions
-from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
@@ -21,6 +20,7 @@ from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover, variables
 from symdyn.numeric.locate import Left, located
+from symdyn.numeric.mechanics import mechanical_kernel
 from symdyn.numeric.noise_floor import in_band, independent_samples, noise_density
 from symdyn.numeric.rounding import left_by_steps
 from symdyn.numeric.skew import skew_left

@@ -9,7 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
-from symdyn.numeric.circuits import driven_by_current, mechanics, untested_circuits
+from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.conclude import conclude
 from symdyn.numeric.confused import check_confused
 from symdyn.numeric.excitation import unexcited
@@ -21,6 +21,7 @@ from symdyn.numeric.forward import first_that_earns, forward
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.kinship import ready
 from symdyn.numeric.leftover import SHARE, slow_share
+from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.mere_filter import merely_filters, without_swinging
 from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.proof import proved
@@ -83,7 +84,7 @@ def diagnose(
         else:
             fixed = held_parameters(robot, fitted_parameters(robot), hold)
             found = _diagnose(robot, fitted, judge, band, fixed, progress)
-    told = (*doubts(training, heldout), *untested_circuits(robot, tested), *found.alarms)
+    told = (*doubts(training, heldout), *untested(robot, tested), *found.alarms)
     return replace(found, alarms=tuple(dict.fromkeys(told)))
 
 

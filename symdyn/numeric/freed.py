@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from symdyn.base.errors import InputError
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.candidates import GRAVITY
-from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.explanation import CERTAIN, SPECK, Revised
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry, estimates
+from symdyn.numeric.mechanics import mechanical_kernel
 from symdyn.numeric.regression import fit_linear
 from symdyn.numeric.setting import Setting
 from symdyn.numeric.workbench import Workbench

@@ -2,41 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from types import MappingProxyType
-
-import numpy as np
-from numpy.typing import NDArray
-
-from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.numeric.recording import ChannelKey
 from symdyn.spec.monomials import value_of
-from symdyn.spec.records import Joint, Monomial, Quantity, Robot, Side
+from symdyn.spec.records import Joint, Monomial, Robot, Side
 
-MOTIONS = (Quantity.POSITION, Quantity.VELOCITY)
 TACHOMETER = "tachometer"
-
-
-def at_joints(robot: Robot, recording: Recording) -> Recording:
-    """With what the motors' side of rigid gears shows told as the joints' own, where the joint's side shows nothing.
-
-    A position of the motor is the joint's times the ratio; an effort of the motor, that over the ratio. Volts and
-    amperes stay: an actuator's gain is that to the joint's effort.
-    """
-    found: dict[ChannelKey, NDArray[np.float64]] = {}
-    geared: dict[ChannelKey, NDArray[np.float64]] = {}
-    for key, values in recording.channels.items():
-        at, factor = (coordinate_shown if key[0] in MOTIONS else effort_shown)(robot, key)
-        joint = joint_of(robot, at)
-        if key[0] not in (*MOTIONS, Quantity.EFFORT) or at != joint.name or key[1:] == (at, Side.LINK):
-            found[key] = values
-        else:
-            geared.setdefault((key[0], at, Side.LINK), _frozen(factor * values))
-    return replace(recording, channels=MappingProxyType({**geared, **found})) if geared else recording
-
-
-def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    values.setflags(write=False)
-    return values
 
 
 def number(robot: Robot, monomial: Monomial) -> float:

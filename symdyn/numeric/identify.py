@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import bounds, fitted_parameters
-from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
+from symdyn.numeric.mechanics import mechanical_kernel, soft_rotors
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import declared
 from symdyn.numeric.readings import read
@@ -57,7 +58,8 @@ def identify(
 ) -> Identification:
     """Inverse-dynamics least squares on one recording, standard errors by Newey and West.
 
-    Raises InputError when the recording does not measure what inverse dynamics needs.
+    Raises InputError when the recording does not measure what inverse dynamics needs, or rotors have coordinates of
+    their own (SD521).
     """
     done = fitted(robot, recording, band=band, progress=progress)
     bench, kernel = done.bench, done.bench.kernel
@@ -80,6 +82,10 @@ def fitted(
 ) -> Fitted:
     """The fit itself. Raises as ``identify`` does."""
     progress(f"deriving and compiling {robot.name}")
+    if soft_rotors(robot):
+        message = f"'{robot.name}' has coordinates of its own for {', '.join(soft_rotors(robot))}"
+        hint = "inverse dynamics takes transmissions for rigid: fix the rotors to their joint (fixed_to_joint = true)"
+        raise InputError(Problem("SD521", message, robot.where, hint))
     kernel = mechanical_kernel(robot)
     wide = Workbench(kernel, read(observe(robot, kernel, recording), declared(robot)))
     values = kernel.values

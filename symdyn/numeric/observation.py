@@ -13,7 +13,7 @@ from scipy import signal
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.circuits import effort_by_current
-from symdyn.numeric.gearing import at_joints
+from symdyn.numeric.mechanics import at_joints
 from symdyn.numeric.memory import driven_states
 from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
 from symdyn.numeric.reading import declared
@@ -69,7 +69,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
     Raises InputError (SD520, SD521) when a joint's position or effort was not measured, or the robot
     has coordinates or states that inverse dynamics would need and nobody measures.
     """
-    _refuse_hidden(robot, kernel)
+    _refuse_memory(robot, kernel)
     recording = steady(at_joints(robot, recording))
     positions = np.column_stack([recording.channel(Quantity.POSITION, joint.name) for joint in robot.joints])
     rate = 1.0 / recording.sample_time
@@ -179,14 +179,8 @@ def smoothed(values: Array, segments: Sequence[slice], rate: float, cutoff: floa
     return smooth
 
 
-def _refuse_hidden(robot: Robot, kernel: Kernel) -> None:
-    hidden = [c for c in kernel.coordinates if c not in {joint.name for joint in robot.joints}]
-    if hidden:
-        message = f"'{robot.name}' has coordinates that no channel measures: {', '.join(hidden)}"
-        hint = "this version diagnoses rigid transmissions: fix the rotors to their joint (fixed_to_joint = true)"
-        raise InputError(Problem("SD521", message, robot.where, hint))
-    currents = {f"{j.name}.{j.drive.motor.at}.current" for j in robot.joints if j.drive and j.drive.motor}
-    known = currents | driven_states(robot)
+def _refuse_memory(robot: Robot, kernel: Kernel) -> None:
+    known = driven_states(robot)
     memory = [name for name in kernel.states[2 * len(kernel.coordinates) :] if name not in known]
     if memory:
         message = f"'{robot.name}' has states that neither a channel nor the motion tells: {', '.join(memory)}"

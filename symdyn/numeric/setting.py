@@ -11,11 +11,10 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
 from symdyn.numeric.carried import frictions
-from symdyn.numeric.circuits import mechanical_kernel
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
-from symdyn.numeric.gearing import at_joints
 from symdyn.numeric.laws import Known, Laws
+from symdyn.numeric.mechanics import at_joints, mechanical_kernel
 from symdyn.numeric.observation import Observation, observe
 from symdyn.numeric.position_spectrum import WHOLE
 from symdyn.numeric.probe import Key, Probe, probes

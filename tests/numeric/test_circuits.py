@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from symdyn.compiler import compile_robot, robot_from_text
-from symdyn.numeric.circuits import driven_by_current, mechanics, untested_circuits
+from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.filtering.signals import seen_by, signals
 from symdyn.numeric.identify import identify
+from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
 
@@ -109,7 +110,7 @@ def test_without_a_voltage_the_current_is_the_filters_input(
     np.testing.assert_array_equal(found.u[:, 0], recording.channels[Quantity.CURRENT, "axis", Side.LINK])
     per_ampere = kernel.actuation_p(np.zeros(len(kernel.states)), np.ones(1), kernel.values)
     assert dict(zip(kernel.coordinates, np.asarray(per_ampere), strict=True)) == pytest.approx(efforts)
-    assert untested_circuits(robot, seen) == (
+    assert untested(robot, seen) == (
         "the circuit of axis is not tested: its motor is driven by what was recorded behind it",
     )
 
@@ -117,4 +118,4 @@ def test_without_a_voltage_the_current_is_the_filters_input(
 def test_a_robot_without_motors_is_its_own_mechanics() -> None:
     robot = robot_from_text(ARM_OF_TWO, "arm.toml")
     assert mechanics(robot) is robot
-    assert untested_circuits(robot, robot) == ()
+    assert untested(robot, robot) == ()

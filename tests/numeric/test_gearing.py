@@ -11,8 +11,8 @@ import pytest
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.needed import has_hidden_parts
-from symdyn.numeric.gearing import at_joints
 from symdyn.numeric.identify import identify
+from symdyn.numeric.mechanics import at_joints
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
 

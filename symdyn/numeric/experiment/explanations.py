@@ -12,9 +12,9 @@ from symdyn.base.errors import InputError, NumericalError, Problem
 from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds, fitted_parameters
-from symdyn.numeric.circuits import mechanics
 from symdyn.numeric.experiment.motions import Motion
 from symdyn.numeric.fitting import fit
+from symdyn.numeric.mechanics import mechanics, soft_rotors
 from symdyn.numeric.regression import solve_linear
 from symdyn.numeric.scan import grid, screened
 from symdyn.numeric.workbench import Workbench
@@ -69,9 +69,7 @@ def explained(robot: Robot) -> Explained:
     parameter has no number.
     """
     kernel = compile_robot(mechanics(robot)).kernel()
-    joints = {joint.name for joint in robot.joints}
-    hidden = [c for c in kernel.coordinates if c not in joints]
-    hidden += list(kernel.states[2 * len(kernel.coordinates) :])
+    hidden = [*soft_rotors(robot), *kernel.states[2 * len(kernel.coordinates) :]]
     if hidden:
         message = f"'{robot.name}' has what the motion of its joints does not tell: {', '.join(hidden)}"
         hint = "experiments are designed for rigid transmissions: fix the rotors to their joint (fixed_to_joint = true)"

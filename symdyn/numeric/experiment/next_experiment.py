@@ -22,6 +22,7 @@ from symdyn.numeric.experiment.words import hidden_words, identifying_words, sep
 from symdyn.numeric.filtering.needed import has_hidden_parts
 from symdyn.numeric.findings import Diagnosis, Finding, NextExperiment
 from symdyn.numeric.fitting import joint_weight
+from symdyn.numeric.mechanics import mechanics
 from symdyn.numeric.observation import Observation, observe
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.workbench import Workbench
@@ -112,7 +113,7 @@ def after_diagnosis(
     robot, rival, between = pair
     try:
         progress("deriving and compiling the explanations")
-        model = explained(robot)
+        model = explained(mechanics(robot))
         band = band_of(diagnosis.band, 1.0 / training.sample_time)
         seen = observe(robot, model.kernel, training, DERIVATIVE_ROOM * band.cutoff)
         bench = Workbench(model.kernel, seen, band)
@@ -121,7 +122,7 @@ def after_diagnosis(
         limits = experiment_limits(robot, given, _visited(seen, bench))
         if rival is None:
             return for_parameters(robot, limits, noise, plan, progress)
-        other = explained(rival)
+        other = explained(mechanics(rival))
         other = other.with_values(best_refit(other, Workbench(other.kernel, seen, band), noise.weight))
     except InputError as error:
         reason = "; ".join(problem.message for problem in error.problems)

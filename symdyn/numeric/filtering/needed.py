@@ -5,39 +5,39 @@ from __future__ import annotations
 import numpy as np
 
 from symdyn.numeric.circuits import current_of, has_voltage
-from symdyn.numeric.gearing import at_joints, coordinate_shown
+from symdyn.numeric.gearing import coordinate_shown
+from symdyn.numeric.mechanics import at_joints, soft_rotors
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.recording_quality import quantisation_noise
 from symdyn.spec.records import Joint, Quantity, Robot, Side
 
-FEW = 2  # joints: a filter of more, with every gear soft, takes more than minutes
+MOST = 4  # coordinates of a robot with several joints: a filter takes minutes then, and hours beyond
 BEYOND = 2.0  # times what the encoders leave between the two ends of a gear that is rigid
 
 
 def has_hidden_parts(robot: Robot, recording: Recording) -> bool:
-    """Coordinates that no channel shows, or a circuit between what is imposed and the effort; or a gear to be tested.
+    """Whether a filter is asked: for joints that no channel shows or drives, soft transmissions, gears in doubt.
 
-    That is one of which both ends were measured, though the model has them move as one: where a robot has one joint,
-    or few and the ends go apart. Of arms with more joints inverse dynamics takes the joint's own encoder.
+    Those are gears of which both ends were measured, though the model has them move as one, of a robot of one joint, or
+    of few that go apart. An arm with more coordinates goes by inverse dynamics, its transmissions taken for rigid.
     """
-    shown = at_joints(robot, recording)
-    for joint in robot.joints:
-        drive = joint.drive
-        if drive is not None and any(not rotor.fixed_to_joint for rotor in drive.rotors):
-            return True
-        if not shown.has(Quantity.POSITION, joint.name):
-            return True
-        if drive is not None and drive.motor is not None and _needs_circuit(robot, joint, shown):
-            return True
-    gears = [joint.name for joint in robot.joints if measured_at_both_ends(robot, recording, joint.name)]
-    if len(robot.joints) == 1:
+    shown, joints = at_joints(robot, recording), robot.joints
+    if not all(
+        shown.has(Quantity.POSITION, joint.name) and not _needs_circuit(robot, joint, shown) for joint in joints
+    ):
+        return True
+    soft = len(soft_rotors(robot))
+    if soft:
+        return len(joints) == 1 or len(joints) + soft <= MOST
+    gears = [joint.name for joint in joints if measured_at_both_ends(robot, recording, joint.name)]
+    if len(joints) == 1:
         return bool(gears)
-    return len(robot.joints) <= FEW and any(_goes_apart(robot, recording, joint) for joint in gears)
+    return len(joints) + len(gears) <= MOST and any(_goes_apart(robot, recording, joint) for joint in gears)
 
 
 def _needs_circuit(robot: Robot, joint: Joint, recording: Recording) -> bool:
     """Whether a motor's effort follows from its voltage alone; of a single joint that is held against the current."""
-    if recording.has(Quantity.EFFORT, joint.name):
+    if joint.drive is None or joint.drive.motor is None or recording.has(Quantity.EFFORT, joint.name):
         return False
     tested = len(robot.joints) == 1 and has_voltage(robot, joint, recording)
     return tested or current_of(joint, recording) is None

@@ -1,0 +1,86 @@
+"""Arms whose drives have more coordinates than a filter can follow go by inverse dynamics, and are told so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from symdyn.base.errors import InputError
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.filtering.needed import has_hidden_parts
+from symdyn.numeric.identify import identify
+from symdyn.numeric.mechanics import mechanics, untested
+from symdyn.numeric.recording import Recording
+from symdyn.spec.records import Quantity, Robot, Side
+
+from .arm_of_two import ARM_OF_TWO, run
+
+RATIO = 100.0
+
+
+def soft() -> Robot:
+    """Two rotors and two shafts on each joint; play in one of them is in the model."""
+    text = ARM_OF_TWO
+    for name in ("one", "two"):
+        bare = f'[[joint]]\nname = "{name}"\n'
+        before, after = text.split(bare)
+        link, rest = after.split("\n", 1)
+        drive = f"""[joint.drive]
+ratio = {RATIO:g}
+rotors = [{{ name = "motor", inertia = "1e-9 kg m^2" }}, {{ name = "wheel", inertia = "1e-9 kg m^2" }}]
+shafts = [
+  {{ name = "belt", from = "motor", to = "wheel", stiffness = "9 N m/rad", damping = "1e-3 N m s/rad" }},
+  {{ name = "gear", from = "wheel", to = "joint", stiffness = "9 N m/rad", damping = "1e-3 N m s/rad" }},
+]
+effort_at = "motor"
+"""
+        text = f"{before}{bare}{link}\n\n{drive}{rest}"
+    play = '[[effect]]\ntype = "backlash"\nat = "one.gear"\nclearance = "1e-4 rad"\n'
+    return robot_from_text(text + "\n" + play, "soft.toml")
+
+
+def at_motors(seed: int, dry: float) -> Recording:
+    """By encoders and torques of the motors, with Coulomb friction at the second joint."""
+    recording = run(seed)
+    speed = np.gradient(recording.channels[Quantity.POSITION, "two", Side.LINK], recording.time)
+    channels = {}
+    for (quantity, joint, _), values in recording.channels.items():
+        if quantity is Quantity.POSITION:
+            channels[quantity, f"{joint}.motor", Side.LINK] = RATIO * values
+        else:
+            friction = dry * np.tanh(speed / 1e-3) if joint == "two" else 0.0
+            channels[quantity, joint, Side.MOTOR] = (values + friction) / RATIO
+    return replace(recording, channels=MappingProxyType(channels))
+
+
+def test_an_arm_of_many_coordinates_is_diagnosed_with_rigid_transmissions() -> None:
+    robot, runs = soft(), [at_motors(seed, 0.2) for seed in (1, 2)]
+    assert not has_hidden_parts(robot, runs[0])
+    found = diagnose(robot, *runs, band=12.0)
+    assert [(f.effect, f.place) for f in found.findings] == [("coulomb_friction", "two")]
+    assert found.findings[0].parameters["level"].value == pytest.approx(0.2, rel=0.02)
+    assert {
+        f"the transmission of {j} is taken for rigid, and its shafts are not tested" for j in ("one", "two")
+    } <= set(found.alarms)
+    assert found.diagnosed.joints[0].drive == robot.joints[0].drive  # what was not tested stays in the model
+    assert [effect.type for effect in found.diagnosed.effects].count("backlash") == 1
+
+
+def test_a_fit_by_inverse_dynamics_alone_wants_rigid_transmissions() -> None:
+    with pytest.raises(InputError) as caught:
+        identify(soft(), at_motors(1, 0.0))
+    assert [problem.code for problem in caught.value.problems] == ["SD521"]
+    assert "one.motor, one.wheel, two.motor, two.wheel" in str(caught.value)
+
+
+def test_mechanics_have_nothing_of_shafts_and_the_same_again() -> None:
+    robot = soft()
+    rigid = mechanics(robot)
+    assert not any(joint.drive.shafts for joint in rigid.joints if joint.drive)
+    assert [effect.type for effect in rigid.effects] == ["viscous_friction"] * 2
+    assert mechanics(rigid) is rigid
+    assert untested(robot, robot) == ()
