@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +30,7 @@ from symdyn.numeric.filtering.late import absorbing
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
 from symdyn.numeric.filtering.score import Score, scores
+from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.windows import NEGLIGIBLE, SHARE, beyond, noise_alone, overall
 
 Array = NDArray[np.float64]
@@ -54,8 +56,11 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     if far:
         clear, near = graduated(model, bench, p, beliefs)
         starts += [(clear, near), (clear.with_inputs(not bench.held), near)]
-    best = min((fit(each, start, beliefs) for each, start in starts), key=lambda each: each.loss)
-    ways = fit(bench, p, beliefs), let_in(current.fit.bench.noise, best, beliefs)
+
+    def without_force() -> MLFit:
+        return let_in(current.fit.bench.noise, likeliest(starts, beliefs), beliefs)
+
+    ways = side_by_side(lambda way: way(), (lambda: fit(bench, p, beliefs), without_force))
     again = min(ways, key=lambda each: each.loss)
     if again.loss > current.fit.loss - WORTH:
         return None
@@ -139,8 +144,14 @@ def as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
 def let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
     """The fit with those unknown forces again, which shall tell whether something is left."""
     little = (replace(unknown, power=part * unknown.power) for part in LITTLE)
-    fits = [fit(of.bench.with_noise(_joined(of.bench.noise, each)), of.p, beliefs) for each in little]
-    return min(fits, key=lambda each: each.loss)
+    return likeliest([(of.bench.with_noise(_joined(of.bench.noise, each)), of.p) for each in little], beliefs)
+
+
+def likeliest(starts: Sequence[tuple[FilterBench, Array]], beliefs: Beliefs) -> MLFit:
+    """The likeliest after a few rounds of those that begin there, fitted to the end."""
+    rough = side_by_side(lambda start: fit(*start, beliefs, settled=ROUGH, most=ROUNDS), starts)
+    best = min(rough, key=lambda each: each.loss)
+    return fit(best.bench, best.p, beliefs)
 
 
 def _joined(quiet: Noise, unknown: Noise) -> Noise:

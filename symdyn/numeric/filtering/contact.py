@@ -38,7 +38,7 @@ def loosened(
 
     Only where free runs are off by twice the sensors' noise with the best of all else, or by more than that noise where
     nothing else is found. Each fit begins with the model as given, with some play, and with forces of which nothing is
-    known, so that flanks may meet when they do.
+    known, so that flanks may meet when they do; what is no likelier then than the same without play is none.
     """
     plays = [c for c in ready(model, current) if c.effect in with_play()]
     if not plays or not (off(model, best.after, TWICE) if best else off(model, current)):
@@ -50,18 +50,21 @@ def loosened(
         s for s in scores(quiet, given, tuple(beliefs), plays, progress) if twists[s.candidate.place.address] > 0.0
     ]
 
+    def near(start: Array, names: Beliefs) -> MLFit:
+        ways = (graduated(model, quiet.with_inputs(held), start, names) for held in (quiet.held, not quiet.held))
+        return min((fit(*way, names, settled=ROUGH, most=ROUNDS) for way in ways), key=lambda each: each.loss)
+
     def begin(score: Score) -> MLFit:
-        names = dict(beliefs) | candidate_beliefs(score.candidate, None)
         start = given.copy()
         (clearance,) = score.candidate.linear
         start[bench.index[score.candidate.parameter(clearance)]] = PART * twists[score.candidate.place.address]
-        ways = (graduated(model, quiet.with_inputs(held), start, names) for held in (quiet.held, not quiet.held))
-        return min((fit(*way, names, settled=ROUGH, most=ROUNDS) for way in ways), key=lambda each: each.loss)
+        return near(start, dict(beliefs) | candidate_beliefs(score.candidate, None))
 
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
 
-    found = fitted(model, current, known, progress, begin, end)
+    tight = near(given, beliefs)
+    found = fitted(model, current, known, progress, begin, end, least=tight.loss)
     whole = (*tried, *(each for each in found if each.gain > (best.gain if best else 0.0)))
     return (that_earns(model, current, whole, alarms) or best) if len(whole) > len(tried) else best, whole
 

@@ -52,7 +52,7 @@ def diagnose_hidden(
     given = current = explained(model, (), model.beliefs, start)
     findings: list[Finding] = []
     alarms: list[str] = []
-    recordings, asked = (training, heldout), None
+    recordings, asked, begun = (training, heldout), None, None
     while len(findings) < MAX_FINDINGS and current.heldout > min(NEGLIGIBLE, LITTLE * given.heldout):
         current = sampled(model, current)
         remembering = lasting(model, current)
@@ -63,7 +63,8 @@ def diagnose_hidden(
             asked = current.found
         pair = both(model, current, tried, progress) if best is None else None
         if best is None and pair is None:
-            again = relieved(model, current, progress)
+            again = relieved(model, current, progress) if current.found != begun else None
+            begun = current.found  # it would begin there again
             if again is not None:
                 current = again
                 continue

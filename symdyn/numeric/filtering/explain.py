@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -36,6 +37,7 @@ TRIED = 5  # hypotheses that are fitted in full at each turn
 TURNS = 2  # of such fits: where the most promising do not earn their place, the next ones may
 PROMISING = 0.2  # of the largest expected gain: what promises less is not fitted
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of what a score test expects: where such a fit may start
+SMALLER = (1e-2, 1e-3, 1e-4)  # where all of those are worse than nothing: a filter that chatters is slow, and lost
 ROUGH, ROUNDS = 2.0, 6  # nats and rounds of a fit that only sorts
 LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
@@ -107,11 +109,20 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
 def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array) -> Array:
     """The parameters with the part of what is expected of a hypothesis that is likeliest."""
     where = [bench.index[candidate.parameter(schema)] for schema in candidate.linear]
-    trials = [p.copy() for _ in PARTS]
-    for part, trial in zip(PARTS, trials, strict=True):
-        trial[where] += part * (expected - p[where])
-    losses = [bench.filtered(trial).loss for trial in trials]
-    return trials[int(np.argmin(losses))] if np.isfinite(min(losses)) else p
+
+    def likeliest(parts: Sequence[float]) -> tuple[float, Array]:
+        trials = [p.copy() for _ in parts]
+        for part, trial in zip(parts, trials, strict=True):
+            trial[where] += part * (expected - p[where])
+        losses = [bench.filtered(trial).loss for trial in trials]
+        best = int(np.argmin(losses))
+        return losses[best], trials[best]
+
+    loss, start = likeliest(PARTS)
+    if not loss < bench.filtered(p).loss:
+        less, smaller = likeliest(SMALLER)
+        loss, start = (less, smaller) if less < loss else (loss, start)
+    return start if np.isfinite(loss) else p
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
@@ -208,11 +219,13 @@ def fitted(
     progress: Progress,
     begin: Callable[[Score], MLFit] | None = None,
     end: Callable[[MLFit, Beliefs], MLFit] | None = None,
+    least: float = math.inf,
 ) -> tuple[Step, ...]:
     """Each of them on top of an explanation; those that came near the likeliest, or were expected to, are fitted to
     the end and judged.
 
-    ``begin`` fits one roughly, by default from where the explanation stands; ``end`` to the end.
+    ``begin`` fits one roughly, by default from where the explanation stands; ``end`` to the end. What ``begin`` leaves
+    above a loss of ``least`` is given up.
     """
     if not promising:
         return ()
@@ -239,7 +252,8 @@ def fitted(
     near = [
         (score, found)
         for (score, found), gained in zip(rough, worth, strict=True)
-        if gained >= most - (1.0 - LIKELY) * abs(most) or score.gain > expected or _contains(best, score)
+        if (gained >= most - (1.0 - LIKELY) * abs(most) or score.gain > expected or _contains(best, score))
+        and found.loss < least
     ]
     return tuple(side_by_side(closely, near))
 
