@@ -100,7 +100,8 @@ def afresh(
 
     What a machine lacks may be made up for so well, by inertias and by unknown forces, that no hypothesis gains
     anything any more. So they are asked where nothing has been made up yet: the given parameters, those of the effects
-    found, and no unknown force. Only where free runs are off by more than the sensors' noise.
+    found, and no unknown force. Only where free runs are off by more than the sensors' noise; and what gets no nearer
+    there in a few rounds than the explanation does without its unknown force is given up.
     """
     if not off(model, current):
         return None, ()
@@ -120,7 +121,9 @@ def afresh(
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
 
-    tried = fitted(model, current, promising, progress, begin, end)
+    now = current.fit.bench
+    without = now.with_noise(now.noise.quiet).filtered(current.fit.p).loss
+    tried = fitted(model, current, promising, progress, begin, end, least=without)
     return that_earns(model, current, tried, alarms), tried
 
 
