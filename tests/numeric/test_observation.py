@@ -142,7 +142,7 @@ def test_position_or_effort_that_is_missing_is_asked_for(robot: Robot, kernel: K
 
 def test_states_that_nobody_measures_are_refused() -> None:
     drive = load_robot("irb6-axis1")
-    with pytest.raises(InputError, match="axis1.motor.current") as caught:
+    with pytest.raises(InputError, match=r"axis1\.motor\.current") as caught:
         observe(drive, compile_robot(drive).kernel(), record(1))
     assert [problem.code for problem in caught.value.problems] == ["SD521"]
 
