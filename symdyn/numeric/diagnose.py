@@ -75,13 +75,13 @@ def diagnose(
     """
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
-        hidden = has_hidden_parts(robot, fitted)
-        tested = driven_by_current(robot, (fitted, judge)) if hidden else mechanics(robot)
-        if hidden:
+        if has_hidden_parts(robot, fitted):
             from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
+            tested = driven_by_current(robot, (fitted, judge))
             found = diagnose_hidden(robot, fitted, judge, progress, hold)
         else:
+            tested = mechanics(robot)
             fixed = held_parameters(robot, fitted_parameters(robot), hold)
             found = _diagnose(robot, fitted, judge, band, fixed, progress)
     told = (*doubts(training, heldout), *untested(robot, tested), *found.alarms)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from symdyn.compiler import parametric_kernel
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_of
-from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.numeric.recording import ChannelKey, Recording, frozen
 from symdyn.spec.places import places
 from symdyn.spec.records import Drive, Joint, Quantity, Robot, Side
 
@@ -67,13 +67,8 @@ def at_joints(robot: Robot, recording: Recording) -> Recording:
         if key[0] not in (*MOTIONS, Quantity.EFFORT) or at != joint.name or key[1:] == (at, Side.LINK):
             found[key] = values
         else:
-            geared.setdefault((key[0], at, Side.LINK), _frozen(factor * values))
+            geared.setdefault((key[0], at, Side.LINK), frozen(factor * values))
     return replace(recording, channels=MappingProxyType({**geared, **found})) if geared else recording
-
-
-def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    values.setflags(write=False)
-    return values
 
 
 def untested(robot: Robot, tested: Robot) -> tuple[str, ...]:

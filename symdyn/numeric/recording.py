@@ -111,17 +111,21 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     worse, more = check_sensors(time, segments, measured, places)
     if gap_errors or errors or worse:
         raise BadRecording((*gap_errors, *errors, *worse))
-    for values in (time, *(values for _, values in measured)):
-        values.setflags(write=False)
     return Recording(
         name=path.name.removesuffix(".gz").rpartition(".")[0],
-        time=time,
-        channels=MappingProxyType({_key(channel): values for channel, values in measured}),
+        time=frozen(time),
+        channels=MappingProxyType({_key(channel): frozen(values) for channel, values in measured}),
         sample_time=float(np.median(np.diff(time))),
         segments=segments,
         warnings=(*gap_warnings, *doubts, *left_out, *warnings, *more),
         sha256=table.sha256,
     )
+
+
+def frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The samples of a channel, read-only."""
+    values.setflags(write=False)
+    return values
 
 
 def _table(path: Path, columns: Sequence[str]) -> RawTable:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError, Problem
-from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.numeric.recording import ChannelKey, Recording, frozen
 from symdyn.numeric.recording_time import GAP_STEPS, MIN_SAMPLES
 
 Array = NDArray[np.float64]
@@ -61,9 +61,9 @@ def joined(runs: Sequence[Recording]) -> Recording:
         start, samples = float(times[-1][-1]) + 2.0 * GAP_STEPS * step, samples + len(run.time)
     return Recording(
         name=", ".join(run.name for run in runs),
-        time=_frozen(np.concatenate(times)),
+        time=frozen(np.concatenate(times)),
         channels=MappingProxyType(
-            {key: _frozen(np.concatenate([run.channels[key] for run in runs])) for key in _shared(runs)}
+            {key: frozen(np.concatenate([run.channels[key] for run in runs])) for key in _shared(runs)}
         ),
         sample_time=step,
         segments=tuple(segments),
@@ -109,8 +109,8 @@ def _part(recording: Recording, spans: Sequence[tuple[int, int]], what: str) -> 
     return replace(
         recording,
         name=f"{recording.name} ({what})",
-        time=_frozen(recording.time[index]),
-        channels=MappingProxyType({key: _frozen(values[index]) for key, values in recording.channels.items()}),
+        time=frozen(recording.time[index]),
+        channels=MappingProxyType({key: frozen(values[index]) for key, values in recording.channels.items()}),
         segments=tuple(slice(int(a), int(b)) for a, b in pairwise(ends)),
     )
 
@@ -134,8 +134,3 @@ def _shared(runs: Sequence[Recording]) -> list[ChannelKey]:
 
 def _listed(runs: Runs) -> list[Recording]:
     return [runs] if isinstance(runs, Recording) else list(runs)
-
-
-def _frozen(values: Array) -> Array:
-    values.setflags(write=False)
-    return values

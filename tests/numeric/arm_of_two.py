@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -51,6 +53,25 @@ type = "viscous_friction"
 at = "two"
 coefficient = "b2"
 """
+
+
+def with_drives(drives: Mapping[str, str]) -> str:
+    """The arm with a [joint.drive] table after the link of each joint that is named."""
+    text = ARM_OF_TWO
+    for name, drive in drives.items():
+        bare = f'[[joint]]\nname = "{name}"\n'
+        before, after = text.split(bare)
+        link, rest = after.split("\n", 1)
+        text = f"{before}{bare}{link}\n\n[joint.drive]\n{drive}{rest}"
+    return text
+
+
+def rubbing(seed: int, level: float) -> Recording:
+    """A run with Coulomb friction at the second joint."""
+    plain = run(seed)
+    speed = np.gradient(plain.channels[Quantity.POSITION, "two", Side.LINK], plain.time)
+    effort = plain.channels[Quantity.EFFORT, "two", Side.LINK] + level * np.tanh(speed / 1e-3)
+    return replace(plain, channels=MappingProxyType({**plain.channels, (Quantity.EFFORT, "two", Side.LINK): effort}))
 
 
 def run(

@@ -19,7 +19,7 @@ from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
 
-from .arm_of_two import ARM_OF_TWO, run
+from .arm_of_two import ARM_OF_TWO, rubbing, run, with_drives
 from .filtering.drive import MODEL, record
 
 RATIOS = {"one": 100.0, "two": -80.0}
@@ -28,14 +28,8 @@ CONSTANTS = {"one": 0.06, "two": 0.04}
 
 def with_motors() -> Robot:
     """The arm, each of its joints behind a gear and a d.c. motor."""
-    text = ARM_OF_TWO
-    for name, ratio in RATIOS.items():
-        bare = f'[[joint]]\nname = "{name}"\n'
-        before, after = text.split(bare)
-        link, rest = after.split("\n", 1)
-        constant = CONSTANTS[name]
-        drive = f"""[joint.drive]
-ratio = {ratio:g}
+    drives = {
+        name: f"""ratio = {ratio:g}
 rotors = [{{ name = "motor", inertia = "1e-9 kg m^2", fixed_to_joint = true }}]
 
 [joint.drive.motor]
@@ -43,11 +37,12 @@ name = "circuit"
 at = "motor"
 resistance = "1 Ohm"
 inductance = "1 mH"
-torque_constant = "{constant} N m/A"
-back_emf_constant = "{constant} V s/rad"
+torque_constant = "{CONSTANTS[name]} N m/A"
+back_emf_constant = "{CONSTANTS[name]} V s/rad"
 """
-        text = f"{before}{bare}{link}\n\n{drive}{rest}"
-    return robot_from_text(text, "motors.toml")
+        for name, ratio in RATIOS.items()
+    }
+    return robot_from_text(with_drives(drives), "motors.toml")
 
 
 def by_currents(recording: Recording, at: str = "") -> Recording:
@@ -72,13 +67,7 @@ def test_an_arm_recorded_by_its_currents_is_fitted_as_by_its_efforts(at: str) ->
 
 
 def test_friction_is_found_by_an_arms_currents_alone() -> None:
-    runs = []
-    for seed in (1, 2):
-        recording = run(seed)
-        speed = np.gradient(recording.channels[Quantity.POSITION, "two", Side.LINK], recording.time)
-        effort = recording.channels[Quantity.EFFORT, "two", Side.LINK] + 0.2 * np.tanh(speed / 1e-3)
-        channels = {**recording.channels, (Quantity.EFFORT, "two", Side.LINK): effort}
-        runs.append(by_currents(replace(recording, channels=MappingProxyType(channels))))
+    runs = [by_currents(rubbing(seed, 0.2)) for seed in (1, 2)]
     found = diagnose(with_motors(), *runs, band=12.0)
     assert [(f.effect, f.place) for f in found.findings] == [("coulomb_friction", "two")]
     assert found.findings[0].parameters["level"].value == pytest.approx(0.2, rel=0.02)

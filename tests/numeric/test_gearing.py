@@ -16,21 +16,16 @@ from symdyn.numeric.mechanics import at_joints
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
 
-from .arm_of_two import ARM_OF_TWO, run
+from .arm_of_two import ARM_OF_TWO, rubbing, run, with_drives
 
 RATIOS = {"one": 100.0, "two": -80.0}
 POSITION, EFFORT = Quantity.POSITION, Quantity.EFFORT
 
 
 def geared(rotors: bool = True) -> Robot:
-    text = ARM_OF_TWO
-    for name, ratio in RATIOS.items():
-        bare = f'[[joint]]\nname = "{name}"\n'
-        rotor = 'rotors = [{ name = "motor", inertia = "1e-9 kg m^2", fixed_to_joint = true }]\n' if rotors else ""
-        parts = text.split(bare)
-        link, rest = parts[1].split("\n", 1)
-        text = f"{parts[0]}{bare}{link}\n\n[joint.drive]\nratio = {ratio:g}\n{rotor}{rest}"
-    return robot_from_text(text, "geared.toml")
+    rotor = 'rotors = [{ name = "motor", inertia = "1e-9 kg m^2", fixed_to_joint = true }]\n' if rotors else ""
+    drives = {name: f"ratio = {ratio:g}\n{rotor}" for name, ratio in RATIOS.items()}
+    return robot_from_text(with_drives(drives), "geared.toml")
 
 
 def at_motors(recording: Recording, part: str = "") -> Recording:
@@ -73,14 +68,7 @@ def test_what_is_not_behind_a_gear_stays_as_it_is() -> None:
 
 
 def test_friction_is_found_by_an_arms_motors_alone() -> None:
-    robot = geared()
-    runs = []
-    for seed in (1, 2):
-        recording = run(seed)
-        speed = np.gradient(recording.channels[POSITION, "two", Side.LINK], recording.time)
-        effort = recording.channels[EFFORT, "two", Side.LINK] + 0.2 * np.tanh(speed / 1e-3)
-        channels = {**recording.channels, (EFFORT, "two", Side.LINK): effort}
-        runs.append(at_motors(replace(recording, channels=MappingProxyType(channels))))
+    robot, runs = geared(), [at_motors(rubbing(seed, 0.2)) for seed in (1, 2)]
     found = diagnose(robot, *runs, band=12.0)
     assert [(f.effect, f.place, f.group) for f in found.findings] == [("coulomb_friction", "two", ("two", "two.motor"))]
     assert found.findings[0].parameters["level"].value == pytest.approx(0.2, rel=0.02)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
-import numpy as np
 import pytest
 
 from symdyn.base.errors import InputError
@@ -17,20 +16,14 @@ from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Quantity, Robot, Side
 
-from .arm_of_two import ARM_OF_TWO, run
+from .arm_of_two import rubbing, with_drives
 
 RATIO = 100.0
 
 
 def soft() -> Robot:
     """Two rotors and two shafts on each joint; play in one of them is in the model."""
-    text = ARM_OF_TWO
-    for name in ("one", "two"):
-        bare = f'[[joint]]\nname = "{name}"\n'
-        before, after = text.split(bare)
-        link, rest = after.split("\n", 1)
-        drive = f"""[joint.drive]
-ratio = {RATIO:g}
+    drive = f"""ratio = {RATIO:g}
 rotors = [{{ name = "motor", inertia = "1e-9 kg m^2" }}, {{ name = "wheel", inertia = "1e-9 kg m^2" }}]
 shafts = [
   {{ name = "belt", from = "motor", to = "wheel", stiffness = "9 N m/rad", damping = "1e-3 N m s/rad" }},
@@ -38,22 +31,19 @@ shafts = [
 ]
 effort_at = "motor"
 """
-        text = f"{before}{bare}{link}\n\n{drive}{rest}"
     play = '[[effect]]\ntype = "backlash"\nat = "one.gear"\nclearance = "1e-4 rad"\n'
-    return robot_from_text(text + "\n" + play, "soft.toml")
+    return robot_from_text(with_drives({"one": drive, "two": drive}) + "\n" + play, "soft.toml")
 
 
-def at_motors(seed: int, dry: float) -> Recording:
+def at_motors(seed: int, level: float) -> Recording:
     """By encoders and torques of the motors, with Coulomb friction at the second joint."""
-    recording = run(seed)
-    speed = np.gradient(recording.channels[Quantity.POSITION, "two", Side.LINK], recording.time)
+    recording = rubbing(seed, level)
     channels = {}
     for (quantity, joint, _), values in recording.channels.items():
         if quantity is Quantity.POSITION:
             channels[quantity, f"{joint}.motor", Side.LINK] = RATIO * values
         else:
-            friction = dry * np.tanh(speed / 1e-3) if joint == "two" else 0.0
-            channels[quantity, joint, Side.MOTOR] = (values + friction) / RATIO
+            channels[quantity, joint, Side.MOTOR] = values / RATIO
     return replace(recording, channels=MappingProxyType(channels))
 
 

@@ -15,17 +15,13 @@ from symdyn.numeric.filtering.explain import (
     ROUGH,
     ROUNDS,
     TRIED,
-    WORTH,
-    Explanation,
     Progress,
-    Step,
     begun,
-    explained,
     fitted,
     ready,
-    that_earns,
 )
 from symdyn.numeric.filtering.graduated import graduated
+from symdyn.numeric.filtering.judged import WORTH, Explanation, Step, explained, that_earns
 from symdyn.numeric.filtering.late import absorbing
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent

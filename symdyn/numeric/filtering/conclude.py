@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.explain import ROUGH, ROUNDS, WORTH, Explanation
+from symdyn.numeric.filtering.explain import ROUGH, ROUNDS
 from symdyn.numeric.filtering.hypotheses import kept
+from symdyn.numeric.filtering.judged import WORTH, Explanation
 from symdyn.numeric.filtering.law import refuted
 from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together

@@ -10,16 +10,9 @@ from symdyn.numeric.filtering.afresh import afresh, put_back, relieved, unburden
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
-from symdyn.numeric.filtering.explain import (
-    Explanation,
-    both,
-    earns,
-    explained,
-    sampled,
-    step,
-    without_effect,
-)
+from symdyn.numeric.filtering.explain import both, sampled, step, without_effect
 from symdyn.numeric.filtering.hypotheses import free_parameters
+from symdyn.numeric.filtering.judged import Explanation, earns, explained
 from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, holding, prepare

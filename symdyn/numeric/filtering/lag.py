@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import untold
-from symdyn.numeric.filtering.explain import Explanation, explained, remembered
+from symdyn.numeric.filtering.explain import remembered
+from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import Lagging, Model, carried, prepare
 from symdyn.numeric.filtering.score import Left

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.explain import Explanation
+from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.places import Latent, same_place
 from symdyn.numeric.filtering.when import conditions, motion_of

@@ -11,16 +11,9 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.beliefs import Beliefs, untold
-from symdyn.numeric.filtering.explain import (
-    Explanation,
-    Found,
-    Step,
-    explained,
-    heldout_p_value,
-    price,
-    remembered,
-)
+from symdyn.numeric.filtering.explain import remembered
 from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories, without_memory
+from symdyn.numeric.filtering.judged import Explanation, Found, Step, explained, heldout_p_value, price
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, carried, prepare

@@ -12,10 +12,11 @@ from symdyn.base.wording import quoted
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.experiment.design import SEPARATES, WIDER
 from symdyn.numeric.experiment.limits import Visited, experiment_limits
-from symdyn.numeric.filtering.explain import Explanation, explained, with_effect
+from symdyn.numeric.filtering.explain import with_effect
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.imagined import Explaining
 from symdyn.numeric.filtering.input_design import Contest, Designed, Inputs, Range, design
+from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, prepare, without_latent
 from symdyn.numeric.filtering.score import scores

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.numeric.filtering.conclude import estimate, noise_floor, parameters
-from symdyn.numeric.filtering.explain import (
+from symdyn.numeric.filtering.explain import step
+from symdyn.numeric.filtering.judged import (
     ABOUT,
     EARNS,
     LEVEL,
@@ -20,7 +21,6 @@ from symdyn.numeric.filtering.explain import (
     heldout_p_value,
     improves,
     price,
-    step,
 )
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
 from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis, with_memory

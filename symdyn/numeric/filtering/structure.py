@@ -10,8 +10,9 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.numeric.filtering.beliefs import untold
-from symdyn.numeric.filtering.explain import Explanation, explained, remembered
+from symdyn.numeric.filtering.explain import remembered
 from symdyn.numeric.filtering.hypotheses import hypotheses
+from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import POWERS
 from symdyn.numeric.filtering.model import (

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.conditions import travelled
 from symdyn.numeric.filtering.bench import FilterBench
-from symdyn.numeric.filtering.explain import WORTH, Explanation
+from symdyn.numeric.filtering.judged import WORTH, Explanation
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.filtering.score import Left, whitened

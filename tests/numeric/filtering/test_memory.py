@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.numeric.filtering.explain import Explanation, explained
 from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories
+from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.memory import _rise, lasting
 from symdyn.numeric.filtering.model import Model, natural_force, prepare, with_latent, without_latent

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from symdyn.numeric.filtering.diagnose import stiffened
-from symdyn.numeric.filtering.explain import explained, step
+from symdyn.numeric.filtering.explain import step
+from symdyn.numeric.filtering.judged import explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.numeric.filtering.propose import finding
