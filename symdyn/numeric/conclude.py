@@ -65,6 +65,8 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     )
     whole = [np.hypot(in_band(d, b), np.maximum(s, left_by_positions(b, emitted.values))) for b, d, s in ways]
     per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
+    shown = joint_errors(given.training, first.bench), joint_errors(given.heldout, first.judge)
+    as_given = zip(case.joints, *shown, strict=True)
     told = []
     skew = skew_left(case, final)
     if skew is not None:
@@ -98,6 +100,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         traces=_traces((first.judge, given.fit.p), (judge, emitted.values), densities[1], tuple(case.joints)),
         located=_with_rest(where_and_when(first, given), remaining, judge, groups),
         noise_floor=_noise_floor(case, (bench, judge), whole),
+        per_joint_before={joint: Errors(float(a), float(b)) for joint, a, b in as_given},
     )
 
 
