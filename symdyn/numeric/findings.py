@@ -228,6 +228,7 @@ class Diagnosis:
     model: Mapping[str, Estimate]  # the model's own parameters, fitted together with the findings
     before: Errors
     after: Errors
+    per_joint_before: Mapping[str, Errors]
     per_joint: Mapping[str, Errors]  # after
     remaining: Remaining
     alarms: tuple[str, ...]
@@ -239,7 +240,6 @@ class Diagnosis:
     noise_floor: NoiseFloor | None = None  # None: the recording does not tell it
     next_experiment: NextExperiment | None = None
     judged: str = "effort"  # what errors are relative to, for people
-    per_joint_before: Mapping[str, Errors] | None = None  # None: the traces tell it
 
     def to_json(self) -> Json:
         """The facts for other programs; the same words as in the report."""
@@ -258,6 +258,7 @@ class Diagnosis:
                 "noise_floor": floor.errors.to_json() if floor else unknown,
                 "per_joint": {
                     joint: errors.to_json()
+                    | {"before": self.per_joint_before[joint].to_json()}
                     | {"noise_floor": at_joint[joint].to_json() if joint in at_joint else unknown}
                     for joint, errors in self.per_joint.items()
                 },

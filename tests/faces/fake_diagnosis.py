@@ -87,7 +87,10 @@ def diagnosis(robot: Robot | None = None, *findings: Finding, samples: int = 600
     made = findings or (RIPPLE,)
     shown = traces(samples)
     before, after = (relative_error(shown.effort - model, shown.effort) for model in (shown.before, shown.after))
-    errors = [relative_error((shown.effort - shown.after)[:, [j]], shown.effort[:, [j]]) for j in (0, 1)]
+    given_errors, errors = (
+        [relative_error((shown.effort - model)[:, [j]], shown.effort[:, [j]]) for j in (0, 1)]
+        for model in (shown.before, shown.after)
+    )
     return Diagnosis(
         verdict=Verdict.MISSING_PHYSICS,
         robot=given,
@@ -100,6 +103,10 @@ def diagnosis(robot: Robot | None = None, *findings: Finding, samples: int = 600
         },
         before=Errors(0.97 * before, before),
         after=Errors(0.97 * after, after),
+        per_joint_before={
+            "shoulder": Errors(given_errors[0], given_errors[0]),
+            "elbow": Errors(given_errors[1], given_errors[1]),
+        },
         per_joint={"shoulder": Errors(errors[0], errors[0]), "elbow": Errors(errors[1], errors[1])},
         remaining=Remaining(after, False, 0.0, None, 1.0, 0.0),
         alarms=("backlash at elbow fits the training data better, but not the held-out data",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -53,6 +54,9 @@ def test_an_arm_of_many_coordinates_is_diagnosed_with_rigid_transmissions() -> N
     found = diagnose(robot, *runs, band=12.0)
     assert [(f.effect, f.place) for f in found.findings] == [("coulomb_friction", "two")]
     assert found.findings[0].parameters["level"].value == pytest.approx(0.2, rel=0.02)
+    for whole, of_joints in ((found.before, found.per_joint_before), (found.after, found.per_joint)):
+        assert math.hypot(*(e.heldout for e in of_joints.values())) / math.sqrt(2) == pytest.approx(whole.heldout)
+    assert found.per_joint_before["two"].heldout > 2 * found.per_joint_before["one"].heldout
     assert {
         f"the transmission of {j} is taken for rigid, and its shafts are not tested" for j in ("one", "two")
     } <= set(found.alarms)

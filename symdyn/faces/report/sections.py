@@ -20,7 +20,6 @@ from symdyn.faces.words import (
     with_unit,
 )
 from symdyn.numeric.findings import Diagnosis, Errors, Finding
-from symdyn.numeric.fitting import relative_error
 from symdyn.spec.records import Parameter, Robot
 
 
@@ -102,13 +101,9 @@ def next_experiment_text(diagnosis: Diagnosis) -> Markup:
 
 def joints_table(diagnosis: Diagnosis) -> Markup:
     """Relative errors per joint or channel, beside what noise would leave."""
-    traces, told = diagnosis.traces, diagnosis.per_joint_before
-    column = {joint: j for j, joint in enumerate(traces.joints)}
     rows = []
     for joint, errors in diagnosis.per_joint.items():
-        j = [column[joint]]
-        shown = relative_error(traces.effort[:, j] - traces.before[:, j], traces.effort[:, j])
-        before = shown if told is None else told[joint].heldout
+        before = diagnosis.per_joint_before[joint].heldout
         noise = diagnosis.noise_floor.per_joint.get(joint) if diagnosis.noise_floor else None
         rows.append((joint, percent(before), percent(errors.heldout), _noise(noise), percent(errors.training)))
     whole = diagnosis.noise_floor.errors if diagnosis.noise_floor else None
