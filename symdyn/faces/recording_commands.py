@@ -48,6 +48,7 @@ def identify(
     rows = [(name, quantity_text(estimate)) for name, estimate in result.parameters.items()]
     print_table(f"{robot.name} fitted to {data.name}", ("parameter", "value"), rows)
     out.print(f"relative effort error {percent(result.error)} below {result.band:.3g} Hz")
+    _print_notes(result.alarms)
 
 
 def diagnose(
@@ -191,5 +192,9 @@ def show(result: Diagnosis) -> None:
     )
     if result.next_experiment is not None:
         out.print(f"next experiment: {result.next_experiment.why}", markup=False)
-    for alarm in result.alarms:
+    _print_notes(result.alarms)
+
+
+def _print_notes(alarms: Sequence[str]) -> None:
+    for alarm in alarms:
         out.print(f"note: {alarm}", markup=False)

@@ -15,7 +15,7 @@ from symdyn.numeric.confused import check_confused
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL
 from symdyn.numeric.few_waves import waves_instead
-from symdyn.numeric.filtering.needed import has_hidden_parts
+from symdyn.numeric.filtering.needed import can_follow, has_hidden_parts
 from symdyn.numeric.findings import Diagnosis
 from symdyn.numeric.forward import first_that_earns, forward
 from symdyn.numeric.inquiry import Inquiry
@@ -43,6 +43,7 @@ from symdyn.numeric.skew import (
     tells_nearly_all,
     with_skew,
 )
+from symdyn.numeric.too_quick import doubtful, too_quick
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
 
@@ -75,32 +76,40 @@ def diagnose(
     """
     fitted, judge = training_and_heldout(training, heldout)
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
-        if has_hidden_parts(robot, fitted):
-            from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
-
-            tested = driven_by_current(robot, (fitted, judge))
-            found = diagnose_hidden(robot, fitted, judge, progress, hold)
-        else:
-            tested = mechanics(robot)
-            fixed = held_parameters(robot, fitted_parameters(robot), hold)
-            found = _diagnose(robot, fitted, judge, band, fixed, progress)
+        found, tested = _by_either_way(robot, (fitted, judge), band, hold, progress)
     told = (*doubts(training, heldout), *untested(robot, tested), *found.alarms)
     return replace(found, alarms=tuple(dict.fromkeys(told)))
 
 
-def _diagnose(
-    robot: Robot,
-    training: Recording,
-    heldout: Recording,
-    band: float | None,
-    fixed: frozenset[str],
-    progress: Progress,
-) -> Diagnosis:
-    setting = prepare(robot, training, heldout, progress, fixed)
+def _by_either_way(
+    robot: Robot, runs: tuple[Recording, Recording], band: float | None, hold: Sequence[str], progress: Progress
+) -> tuple[Diagnosis, Robot]:
+    """By inverse dynamics, or by a filter where that sees more; and what was tested of the robot."""
+    if not has_hidden_parts(robot, runs[0]):
+        begun = _begun(robot, runs, band, hold, progress)
+        quick = too_quick(begun.case.bench, begun.given.fit.p, begun.case.joints)
+        if not (quick and can_follow(robot)):
+            return _diagnose(begun.noting(*doubtful(quick)), band, progress), mechanics(robot)
+        progress("the motion is too quick for derivatives over its samples: a filter follows it")
+    from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
+
+    return diagnose_hidden(robot, *runs, progress, hold), driven_by_current(robot, runs)
+
+
+def _begun(
+    robot: Robot, runs: tuple[Recording, Recording], band: float | None, hold: Sequence[str], progress: Progress
+) -> Inquiry:
+    """The model as given, fitted. Raises BadRecording where channels are confused."""
+    fixed = held_parameters(robot, fitted_parameters(robot), hold)
+    setting = prepare(robot, *runs, progress, fixed)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     check_confused(setting, case, given)
-    inquiry = held(Inquiry(setting, case, given, setting, case, given))
+    return Inquiry(setting, case, given, setting, case, given)
+
+
+def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagnosis:
+    inquiry = held(inquiry)
     if band is None:
         inquiry = below_steps(inquiry)
     open_, begun = revisions(inquiry.setting), inquiry
@@ -114,7 +123,7 @@ def _diagnose(
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     findings = tuple(with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
-    return conclude(inquiry, training.name, heldout.name)
+    return conclude(inquiry, inquiry.setting.training.name, inquiry.setting.heldout.name)
 
 
 def _explained(begun: Inquiry, open_: Sequence[Revision], widen: bool, progress: Progress) -> tuple[Inquiry, Inquiry]:

@@ -20,6 +20,7 @@ from symdyn.numeric.reading import declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.sizes import sizes
+from symdyn.numeric.too_quick import doubtful, too_quick
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
 
@@ -31,12 +32,14 @@ class Identification:
     parameters: Mapping[str, Estimate]
     error: float
     band: float
+    alarms: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return {
             "parameters": {n: {"value": e.value, "se": e.se, "unit": e.unit} for n, e in self.parameters.items()},
             "relative_error": self.error,
             "band_hz": self.band,
+            "alarms": list(self.alarms),
         }
 
 
@@ -70,7 +73,8 @@ def identify(
         for n in done.fit.names
     }
     cutoff = bench.band.cutoff if bench.band else 0.0
-    return Identification(found, relative_error(bench.residual(done.fit.p), bench.effort), cutoff)
+    doubts = doubtful(too_quick(bench, done.fit.p, [joint.name for joint in robot.joints]))
+    return Identification(found, relative_error(bench.residual(done.fit.p), bench.effort), cutoff, tuple(doubts))
 
 
 def fitted(

@@ -12,6 +12,7 @@ from symdyn.numeric.effects_fit import Fitted, Found
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.observation import derivative
 from symdyn.numeric.probe import key_of
+from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ def left_by_sampling(laws: Laws, found: Found, fitted: Sequence[Fitted], p: Arra
     - An effort that is held over a sample T misses (omega T)^2 / 24 of what is recorded: its second derivative.
     """
     bench, o = laws.bench, laws.bench.observation
-    between, held, bent = np.zeros_like(o.tau), np.zeros_like(o.tau), np.zeros_like(o.tau)
+    between, held = np.zeros_like(o.tau), np.zeros_like(o.tau)
     for share, sign in [(at, 1.0 / len(WITHIN)) for at in WITHIN] + [(0.0, -1.0)]:
         moved = replace(o, qd=o.qd + share * o.sample_time * o.qdd)
         between += sign * bench.kernel.inverse_dynamics_p_batch(moved.q, moved.qd, moved.qdd, p)
@@ -39,8 +40,14 @@ def left_by_sampling(laws: Laws, found: Found, fitted: Sequence[Fitted], p: Arra
     for part in o.segments:
         slope = derivative(o.tau[part], o.time[part])
         held[part] = derivative(slope, o.time[part]) * o.sample_time**2 / 24.0
+    parts = [bench.bring(between), bench.bring(held), left_by_derivatives(bench, p)]
+    return np.asarray(np.sqrt(np.sum(np.square(parts), axis=0)) * bench.counted)
+
+
+def left_by_derivatives(bench: Workbench, p: Array) -> Array:
+    """(K, n) in the analysis band: what wider polynomials make of the acceleration, times the inertias."""
+    o, bent = bench.observation, np.zeros_like(bench.observation.q)
+    for part in o.segments:
         bent[part] = derivative(derivative(o.q[part], o.time[part]), o.time[part]) - o.qdd[part]
     inertia = bench.kernel.mass_matrix_p_batch(np.ascontiguousarray(o.q), p)
-    bent = np.einsum("kij,kj->ki", inertia, bent)
-    parts = [bench.bring(each) for each in (between, held, bent)]
-    return np.asarray(np.sqrt(np.sum(np.square(parts), axis=0)) * bench.counted)
+    return np.asarray(bench.bring(np.einsum("kij,kj->ki", inertia, bent)) * bench.counted)

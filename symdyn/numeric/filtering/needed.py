@@ -26,13 +26,17 @@ def has_hidden_parts(robot: Robot, recording: Recording) -> bool:
         shown.has(Quantity.POSITION, joint.name) and not _needs_circuit(robot, joint, shown) for joint in joints
     ):
         return True
-    soft = len(soft_rotors(robot))
-    if soft:
-        return len(joints) == 1 or len(joints) + soft <= MOST
+    if soft_rotors(robot):
+        return can_follow(robot)
     gears = [joint.name for joint in joints if measured_at_both_ends(robot, recording, joint.name)]
     if len(joints) == 1:
         return bool(gears)
     return len(joints) + len(gears) <= MOST and any(_goes_apart(robot, recording, joint) for joint in gears)
+
+
+def can_follow(robot: Robot) -> bool:
+    """Whether a filter has an answer in minutes: a robot of one joint, or of few coordinates."""
+    return len(robot.joints) == 1 or len(robot.joints) + len(soft_rotors(robot)) <= MOST
 
 
 def _needs_circuit(robot: Robot, joint: Joint, recording: Recording) -> bool:
