@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from symdyn import compiler
-from symdyn.base.errors import Problem, UsageError
+from symdyn.base.errors import InputError, Problem, UsageError
 from symdyn.base.files import check_writable, write_atomically
 from symdyn.base.wording import did_you_mean
 from symdyn.faces.console import err, out, print_json, print_table, print_warnings, status
 from symdyn.faces.recordings import open_recording
 from symdyn.faces.words import plain_number
 from symdyn.numeric.candidates import bounds
+from symdyn.numeric.cut import UNCUT, parts
 from symdyn.numeric.executor import Executor, Task
 from symdyn.numeric.identify import Fitted, fitted
 from symdyn.numeric.profile_likelihood import Identified, Profile, profile
@@ -90,6 +91,10 @@ def _fitted(text: str, recording: str, channel_map: str | None, band: float | No
     """Fitted once in each process."""
     robot = compiler.robot_from_text(text, "model")
     data = open_recording(Path(recording), robot, None if channel_map is None else Path(channel_map))
+    if parts(robot, [data])[0] != (UNCUT,):
+        message = f"torque sensors cut '{robot.name}' in parts, and profiles are those of a whole"
+        hint = "take the efforts of the motors, or of the sensors, out of the channel map"
+        raise InputError(Problem("SD521", message, robot.channels.where if robot.channels else None, hint))
     return robot, fitted(robot, data, band=band)
 
 

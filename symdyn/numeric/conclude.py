@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.alarms import absorbing, even, unearthly, weightless
 from symdyn.numeric.beyond_noise import beyond_noise, left_by_positions
+from symdyn.numeric.cut import UNCUT, Part
 from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
@@ -39,8 +40,8 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
     """Write the new robot, re-emit its kernel, and take every number "after" from that kernel."""
     case, final, first, given = inquiry.case, inquiry.current, inquiry.first, inquiry.given
     findings, alarms = inquiry.findings, inquiry.alarms
-    diagnosed = specification(case, final)
-    emitted = mechanical_kernel(diagnosed)
+    diagnosed = specification(case, final, inquiry.setting.part)
+    emitted = mechanical_kernel(inquiry.setting.part.of(diagnosed))
     bench = Workbench(emitted, case.bench.observation, case.bench.band)
     judge = Workbench(emitted, case.judge.observation, case.judge.band)
     r_training, r_heldout = bench.residual(emitted.values), judge.residual(emitted.values)
@@ -138,19 +139,21 @@ def _relative(left: Array, bench: Workbench) -> Array:
     return np.divide(left, size, out=np.zeros_like(size), where=size > 0.0)
 
 
-def specification(case: Case, final: Explanation) -> Robot:
-    """The model's own TOML with fitted parameters and one [[effect]] per finding; comments are kept."""
-    text = case.robot.text
+def specification(case: Case, final: Explanation, part: Part) -> Robot:
+    """The whole model's own TOML with fitted parameters and one [[effect]] per finding; comments are kept."""
+    text, file = case.robot.text, case.robot.where.file if case.robot.where else case.robot.name
+    whole = (
+        case.robot if part == UNCUT else robot_from_text(text, file)
+    )  # whose effects are those of the text, in its order
     for name, estimate in case.model_parameters(final).items():
-        text = set_parameter(text, case.robot, name, estimate.written)
+        text = set_parameter(text, whole, name, estimate.written)
     for candidate, _ in final.found:
         values = {k: e.written for k, e in case.parameters(candidate, final).items()}
-        text = add_effect(text, candidate.effect, candidate.place.address, values, FOUND)
+        text = add_effect(text, candidate.effect, part.place(candidate.effect, candidate.place.address), values, FOUND)
     for revised in case.revised:
         if revised.values:
             values = {k: e.written for k, e in revised.values.items()}
-            text = set_effect(text, revised.effect, revised.place, values, FOUND)
-    file = case.robot.where.file if case.robot.where else case.robot.name
+            text = set_effect(text, revised.effect, part.place(revised.effect, revised.place), values, FOUND)
     return robot_from_text(text, file)
 
 

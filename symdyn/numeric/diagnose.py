@@ -12,6 +12,7 @@ from symdyn.numeric.candidates import Candidate, fitted_parameters, held_paramet
 from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.conclude import conclude
 from symdyn.numeric.confused import check_confused
+from symdyn.numeric.cut import Part, parts
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL
 from symdyn.numeric.few_waves import waves_instead
@@ -44,6 +45,7 @@ from symdyn.numeric.skew import (
     with_skew,
 )
 from symdyn.numeric.too_quick import doubtful, too_quick
+from symdyn.numeric.united import united
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
 
@@ -74,34 +76,56 @@ def diagnose(
     together; BadRecording when their mismatch is that of a recording, not of a machine; NumericalError
     when the model as given cannot be fitted; UsageError (SD010) for a pattern that names no parameter.
     """
-    fitted, judge = training_and_heldout(training, heldout)
+    runs = training_and_heldout(training, heldout)
+    pieces, told = parts(robot, runs)
+    found: list[Diagnosis] = []
     with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
-        found, tested = _by_either_way(robot, (fitted, judge), band, hold, progress)
-    told = (*doubts(training, heldout), *untested(robot, tested), *found.alarms)
-    return replace(found, alarms=tuple(dict.fromkeys(told)))
+        for part in pieces:
+            whole = found[-1].diagnosed if found else robot
+            seen = part.seen(whole, runs[0]), part.seen(whole, runs[1])
+            found.append(_by_either_way(part, whole, seen, band, hold, _told_by(part, progress)))
+    told = [*doubts(training, heldout), *told]
+    return united(robot, pieces, found, told)
+
+
+def _told_by(part: Part, progress: Progress) -> Progress:
+    return lambda told: progress(part.named(told))
 
 
 def _by_either_way(
-    robot: Robot, runs: tuple[Recording, Recording], band: float | None, hold: Sequence[str], progress: Progress
-) -> tuple[Diagnosis, Robot]:
-    """By inverse dynamics, or by a filter where that sees more; and what was tested of the robot."""
+    part: Part,
+    whole: Robot,
+    runs: tuple[Recording, Recording],
+    band: float | None,
+    hold: Sequence[str],
+    progress: Progress,
+) -> Diagnosis:
+    """By inverse dynamics, or by a filter where that sees more."""
+    robot = part.of(whole)
     if not has_hidden_parts(robot, runs[0]):
-        begun = _begun(robot, runs, band, hold, progress)
+        begun = _begun(part, robot, runs, band, hold, progress)
         quick = too_quick(begun.case.bench, begun.given.fit.p, begun.case.joints)
         if not (quick and can_follow(robot)):
-            return _diagnose(begun.noting(*doubtful(quick)), band, progress), mechanics(robot)
+            found = _diagnose(begun.noting(*doubtful(quick)), band, progress)
+            return replace(found, alarms=(*untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
     from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
-    return diagnose_hidden(robot, *runs, progress, hold), driven_by_current(robot, runs)
+    found = diagnose_hidden(robot, *runs, progress, hold)
+    return replace(found, alarms=(*untested(robot, driven_by_current(robot, runs)), *found.alarms))
 
 
 def _begun(
-    robot: Robot, runs: tuple[Recording, Recording], band: float | None, hold: Sequence[str], progress: Progress
+    part: Part,
+    robot: Robot,
+    runs: tuple[Recording, Recording],
+    band: float | None,
+    hold: Sequence[str],
+    progress: Progress,
 ) -> Inquiry:
     """The model as given, fitted. Raises BadRecording where channels are confused."""
     fixed = held_parameters(robot, fitted_parameters(robot), hold)
-    setting = prepare(robot, *runs, progress, fixed)
+    setting = prepare(robot, *runs, progress, fixed, part)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     check_confused(setting, case, given)

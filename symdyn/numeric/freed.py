@@ -187,7 +187,8 @@ class Freed:
 def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
     """The same machine with these numbers as parameters of its own. InputError where no text can say them."""
     robot = setting.robot
-    freed = robot_from_text(numbers.written(robot), robot.where.file if robot.where else robot.name)
+    file = robot.where.file if robot.where else robot.name
+    freed = setting.part.of(robot_from_text(numbers.written(robot), file))
     names = tuple(numbers.names(freed).values())
     own = (*(name for name in setting.own if name not in names), *names)
     return replace(setting, robot=freed, kernel=mechanical_kernel(freed), own=own, _shown={}, _forces={})

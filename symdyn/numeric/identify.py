@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import bounds, fitted_parameters
+from symdyn.numeric.cut import parts
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.mechanics import mechanical_kernel, soft_rotors
@@ -64,17 +67,19 @@ def identify(
     Raises InputError when the recording does not measure what inverse dynamics needs, or rotors have coordinates of
     their own (SD521).
     """
-    done = fitted(robot, recording, band=band, progress=progress)
-    bench, kernel = done.bench, done.bench.kernel
-    found = {
-        n: Estimate(
-            float(done.fit.p[bench.index[n]]), done.fit.standard_error(n), kernel.parameter_units[bench.index[n]]
-        )
-        for n in done.fit.names
-    }
-    cutoff = bench.band.cutoff if bench.band else 0.0
-    doubts = doubtful(too_quick(bench, done.fit.p, [joint.name for joint in robot.joints]))
-    return Identification(found, relative_error(bench.residual(done.fit.p), bench.effort), cutoff, tuple(doubts))
+    pieces, told = parts(robot, [recording])
+    found, errors, cutoff = dict[str, Estimate](), list[float](), 0.0
+    for part in pieces:
+        piece = part.of(robot)
+        done = fitted(piece, part.seen(robot, recording), band=band, progress=progress)
+        bench, kernel = done.bench, done.bench.kernel
+        for n in done.fit.names:
+            unit = kernel.parameter_units[bench.index[n]]
+            found[n] = Estimate(float(done.fit.p[bench.index[n]]), done.fit.standard_error(n), unit)
+        cutoff = max(cutoff, bench.band.cutoff if bench.band else 0.0)
+        errors += [relative_error(bench.residual(done.fit.p), bench.effort) ** 2] * len(piece.joints)
+        told += map(part.named, doubtful(too_quick(bench, done.fit.p, [joint.name for joint in piece.joints])))
+    return Identification(found, math.sqrt(fmean(errors)), cutoff, tuple(told))
 
 
 def fitted(

@@ -64,7 +64,8 @@ def at_joints(robot: Robot, recording: Recording) -> Recording:
     for key, values in recording.channels.items():
         at, factor = (coordinate_shown if key[0] in MOTIONS else effort_shown)(rigid, key)
         joint = joint_of(rigid, at)
-        if key[0] not in (*MOTIONS, Quantity.EFFORT) or at != joint.name or key[1:] == (at, Side.LINK):
+        beside = key[0] not in (*MOTIONS, Quantity.EFFORT) or key[2] is Side.OUTPUT
+        if beside or at != joint.name or key[1:] == (at, Side.LINK):
             found[key] = values
         else:
             geared.setdefault((key[0], at, Side.LINK), frozen(factor * values))

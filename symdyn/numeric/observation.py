@@ -19,7 +19,7 @@ from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
 from symdyn.numeric.reading import declared
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.steady_clock import steady
-from symdyn.spec.records import Quantity, Robot
+from symdyn.spec.records import Quantity, Robot, Side
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,7 @@ class Observation:
     measured: Array  # (N, n) positions before that
     below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
+    passed_on: Array | None = None  # (N, n) effort that goes on to what lies beyond a torque sensor; None: nothing does
 
     @property
     def rate(self) -> float:
@@ -82,8 +83,18 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         beside = BESIDE if is_cut(rate, limit) else 1  # the shorter lets less noise through
         qd[part] = derivative(smooth, time, beside)
         qdd[part] = derivative(qd[part], time, beside)
-    tau = measured_effort(robot, kernel, recording)
-    return Observation(recording.time, q, qd, qdd, tau, recording.segments, recording.sample_time, limit, positions)
+    return Observation(
+        recording.time, q, qd, qdd, measured_effort(robot, kernel, recording), recording.segments,
+        recording.sample_time, limit, positions, passed_on=_passed_on(robot, recording),
+    )  # fmt: skip
+
+
+def _passed_on(robot: Robot, recording: Recording) -> Array | None:
+    outputs = [(Quantity.EFFORT, joint.name, Side.OUTPUT) for joint in robot.joints]
+    if not any(key in recording.channels for key in outputs):
+        return None
+    nothing = np.zeros(len(recording.time))
+    return np.column_stack([recording.channels.get(key, nothing) for key in outputs])
 
 
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:

@@ -28,7 +28,7 @@ def _physical(inquiry: Inquiry) -> Inquiry:
     case, current = inquiry.case, inquiry.current
     for share in (1.0, 0.3, 0.1, 0.03):
         try:
-            specification(case, current)
+            specification(case, current, inquiry.setting.part)
             break
         except InputError as error:
             inquiry = inquiry.noting(f"no machine has the parameters that fit best: {error.problems[0].message}")

@@ -72,6 +72,8 @@ def revisions(setting: Setting) -> tuple[Revision, ...]:
         drive = setting.robot.joints[i].drive
         driven = bool(np.any(setting.seen.tau[:, i])) and (drive is None or drive.motor is None)
         for effect, fields in READERS.items():
+            if (effect == "encoder" and setting.part.drive is not None) or not setting.part.has(effect, joint):
+                continue
             if effect == "encoder" or driven:
                 found += [Misread(i, at[joint], effect, what) for what in fields]
-    return (*found, *missing_numbers(setting))
+    return tuple(found) if setting.part.drive is not None else (*found, *missing_numbers(setting))

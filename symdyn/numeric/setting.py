@@ -11,6 +11,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
 from symdyn.numeric.carried import frictions
+from symdyn.numeric.cut import UNCUT, Part
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.laws import Known, Laws
@@ -43,6 +44,7 @@ class Setting:
     readings: tuple[Reading, ...]  # of each joint
     revised: tuple[Revised, ...] = ()  # what readings and robot were told wrong
     held: frozenset[str] = frozenset()  # what the model is right about
+    part: Part = UNCUT  # what ``robot`` is of the one in its text
     _shown: dict[tuple[str, float], Observation] = field(default_factory=dict)  # by recording and band
     _forces: dict[tuple[float, float], dict[tuple[bool, int, Reading], Known]] = field(default_factory=dict)
 
@@ -125,17 +127,21 @@ def prepare(
     heldout: Recording,
     progress: Callable[[str], None],
     fixed: frozenset[str] = frozenset(),
+    part: Part = UNCUT,
 ) -> Setting:
-    """Derive, compile, observe. Parameters ``fixed`` stay as the model gives them."""
+    """Derive, compile, observe. Parameters ``fixed`` stay as the model gives them; ``robot`` is that ``part`` of it."""
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
     kernel = mechanical_kernel(robot)
     training, heldout = (at_joints(robot, recording) for recording in (training, heldout))
     seen, readings = observe(robot, kernel, training), declared(robot)
-    proposed = tuple(c for c in candidates(robot) if _can_be_told(c, seen, [j.name for j in robot.joints]))
+    joints = [joint.name for joint in robot.joints]
+    proposed = tuple(
+        c for c in candidates(robot) if part.has(c.effect, c.place.address) and _can_be_told(c, seen, joints)
+    )
     fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))
     own = tuple(name for name in fitted if name not in fixed)
     known = probes((*proposed, *(friction.law for friction in frictions(robot))))
-    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings, held=fixed)
+    return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings, held=fixed, part=part)
 
 
 def _can_be_told(candidate: Candidate, seen: Observation, joints: Sequence[str]) -> bool:

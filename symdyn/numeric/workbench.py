@@ -80,6 +80,8 @@ class Workbench:
         required: Array = self.kernel.inverse_dynamics_p_batch(q, qd if speed is None else speed, qdd, p)
         if self._remembers:
             required = required - remembered(self.kernel, o.q, o.qd, o.time, o.segments, p)
+        if o.passed_on is not None:
+            required = required + o.passed_on
         return o.tau - required
 
     def residual(self, p: Array) -> Array:

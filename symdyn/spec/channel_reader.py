@@ -35,7 +35,7 @@ def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Find
     motions = {joint.name: motion_of(joint.kind) for joint in joints}
     motions |= {place.address: place.motion for joint in joints for place in joint_places(joint)}
     drives = {joint.name: Motion.ROTATIONAL for joint in joints if joint.drive is not None}  # whatever the joint does
-    by_side = {Side.LINK: motions, Side.MOTOR: motions | drives}
+    by_side = {Side.LINK: motions, Side.MOTOR: motions | drives, Side.OUTPUT: {j.name: motions[j.name] for j in joints}}
     time_factor = _factor(table.time.unit, "s", (*path, "time", "unit"), findings)
     channels = tuple(
         _read_channel(channel, (*path, "channel", i), by_side, findings) for i, channel in enumerate(table.channel)
@@ -59,6 +59,9 @@ def _read_channel(
         factor = _factor(table.unit, channel_unit(quantity, moves), (*path, "unit"), findings)
     if table.scale == 0:
         findings.error((*path, "scale"), "SD203", "a scale of 0 makes every sample zero")
+    if side is Side.OUTPUT and quantity is not Quantity.EFFORT:
+        hint = 'what moves there is the joint itself: side = "link"'
+        findings.error((*path, "side"), "SD203", f"at a drive's output an effort is measured, and no {quantity}", hint)
     return Channel(
         table.column,
         quantity,

@@ -239,6 +239,7 @@ class Quantity(StrEnum):
 class Side(StrEnum):
     LINK = "link"
     MOTOR = "motor"
+    OUTPUT = "output"  # between a drive and its joint: what a torque sensor there shows
 
 
 @dataclass(frozen=True, slots=True)
