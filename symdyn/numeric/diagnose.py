@@ -21,6 +21,7 @@ from symdyn.numeric.findings import Diagnosis
 from symdyn.numeric.forward import first_that_earns, forward
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.kinship import ready
+from symdyn.numeric.known import known_names, refuse_known
 from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.mere_filter import merely_filters, without_swinging
@@ -109,6 +110,7 @@ def _by_either_way(
             found = _diagnose(begun.noting(*doubtful(quick)), band, progress)
             return replace(found, alarms=(*untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
+    refuse_known(robot, runs)
     from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
     found = diagnose_hidden(robot, *runs, progress, hold)
@@ -124,7 +126,7 @@ def _begun(
     progress: Progress,
 ) -> Inquiry:
     """The model as given, fitted. Raises BadRecording where channels are confused."""
-    fixed = held_parameters(robot, fitted_parameters(robot), hold)
+    fixed = held_parameters(robot, fitted_parameters(robot), hold) | known_names(runs)
     setting = prepare(robot, *runs, progress, fixed, part)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()

@@ -17,6 +17,7 @@ from symdyn.numeric.candidates import bounds, fitted_parameters
 from symdyn.numeric.cut import parts
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
+from symdyn.numeric.known import check_separable, known_names
 from symdyn.numeric.mechanics import mechanical_kernel, soft_rotors
 from symdyn.numeric.observation import observe
 from symdyn.numeric.reading import declared
@@ -98,8 +99,11 @@ def fitted(
     kernel = mechanical_kernel(robot)
     wide = Workbench(kernel, read(observe(robot, kernel, recording), declared(robot)))
     values = kernel.values
-    names = [n for n in fitted_parameters(robot) if np.any(wide.columns(values, [n]))]
+    given = known_names([recording])
+    names = [n for n in fitted_parameters(robot) if n not in given and np.any(wide.columns(values, [n]))]
     seen = wide.observation
+    if seen.known is not None:
+        check_separable(seen.known, kernel, (seen.q, seen.qd, seen.qdd), names)
     start = fit(wide, values, names, joint_weight(seen.tau, seen.tau), bounds(robot), sizes(robot))
     chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
     seen = read(observe(robot, kernel, recording, 5.0 * chosen.cutoff), declared(robot))

@@ -62,6 +62,9 @@ def at_joints(robot: Robot, recording: Recording) -> Recording:
     found: dict[ChannelKey, NDArray[np.float64]] = {}
     geared: dict[ChannelKey, NDArray[np.float64]] = {}
     for key, values in recording.channels.items():
+        if key[0] is Quantity.PARAMETER:
+            found[key] = values
+            continue
         at, factor = (coordinate_shown if key[0] in MOTIONS else effort_shown)(rigid, key)
         joint = joint_of(rigid, at)
         beside = key[0] not in (*MOTIONS, Quantity.EFFORT) or key[2] is Side.OUTPUT

@@ -13,6 +13,7 @@ from scipy import signal
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.circuits import effort_by_current
+from symdyn.numeric.known import Known, known_in
 from symdyn.numeric.mechanics import at_joints
 from symdyn.numeric.memory import driven_states
 from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
@@ -43,6 +44,7 @@ class Observation:
     below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
     passed_on: Array | None = None  # (N, n) effort that goes on to what lies beyond a torque sensor; None: nothing does
+    known: Known | None = None  # parameters whose values the recording tells
 
     @property
     def rate(self) -> float:
@@ -84,9 +86,18 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         qd[part] = derivative(smooth, time, beside)
         qdd[part] = derivative(qd[part], time, beside)
     return Observation(
-        recording.time, q, qd, qdd, measured_effort(robot, kernel, recording), recording.segments,
-        recording.sample_time, limit, positions, passed_on=_passed_on(robot, recording),
-    )  # fmt: skip
+        recording.time,
+        q,
+        qd,
+        qdd,
+        measured_effort(robot, kernel, recording),
+        recording.segments,
+        recording.sample_time,
+        limit,
+        positions,
+        passed_on=_passed_on(robot, recording),
+        known=known_in(kernel, recording),
+    )
 
 
 def _passed_on(robot: Robot, recording: Recording) -> Array | None:

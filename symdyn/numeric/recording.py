@@ -92,7 +92,8 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     segments, _, _ = split_at_gaps(time, where)
     places = {channel: Where(str(path), 1, table.positions[channel.column]) for channel in channel_map.channels}
     measured, doubts = [], check_repeats(written, where(0, time_column))
-    for channel in channel_map.channels:
+    known = [(c, _to_si(table.values[c.column][rows], c)) for c in channel_map.channels if _is_known(c)]
+    for channel in (c for c in channel_map.channels if not _is_known(c)):
         column, turns = unwrapped(channel, table.values[channel.column][rows], places[channel])
         column, spikes = without_spikes(channel, column, segments, places[channel])
         measured.append((channel, _to_si(column, channel)))
@@ -101,7 +102,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     for shows_motion in (without_stills, without_unsettled):
         kept, told = shows_motion(measured, split_at_gaps(time, where)[0], where)
         time, lines = time[kept], lines[kept]
-        measured = [(channel, values[kept]) for channel, values in measured]
+        measured, known = ([(channel, values[kept]) for channel, values in each] for each in (measured, known))
         left_out += told
         problems = check_time(time, channel_map.time_column, lambda row: where(row, time_column), lines)
         if problems:
@@ -114,7 +115,7 @@ def read_recording(path: Path | str, channel_map: ChannelMap) -> Recording:
     return Recording(
         name=path.name.removesuffix(".gz").rpartition(".")[0],
         time=frozen(time),
-        channels=MappingProxyType({_key(channel): frozen(values) for channel, values in measured}),
+        channels=MappingProxyType({_key(channel): frozen(values) for channel, values in (*measured, *known)}),
         sample_time=float(np.median(np.diff(time))),
         segments=segments,
         warnings=(*gap_warnings, *doubts, *left_out, *warnings, *more),
@@ -152,6 +153,10 @@ def _refuse_duplicates(channel_map: ChannelMap) -> None:
             problems.append(Problem("SD511", message, channel.where, "remove one of the two"))
     if problems:
         raise InputError(problems)
+
+
+def _is_known(channel: Channel) -> bool:
+    return channel.quantity is Quantity.PARAMETER
 
 
 def _to_si(column: NDArray[np.float64], channel: Channel) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from symdyn.numeric.carried import frictions
 from symdyn.numeric.cut import UNCUT, Part
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
+from symdyn.numeric.known import check_separable
 from symdyn.numeric.laws import Known, Laws
 from symdyn.numeric.mechanics import at_joints, mechanical_kernel
 from symdyn.numeric.observation import Observation, observe
@@ -140,6 +141,8 @@ def prepare(
     )
     fitted = own_parameters(robot, Workbench(kernel, read(seen, readings)))
     own = tuple(name for name in fitted if name not in fixed)
+    if seen.known is not None:
+        check_separable(seen.known, kernel, (seen.q, seen.qd, seen.qdd), own)
     known = probes((*proposed, *(friction.law for friction in frictions(robot))))
     return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings, held=fixed, part=part)
 

@@ -80,9 +80,16 @@ class Workbench:
         required: Array = self.kernel.inverse_dynamics_p_batch(q, qd if speed is None else speed, qdd, p)
         if self._remembers:
             required = required - remembered(self.kernel, o.q, o.qd, o.time, o.segments, p)
-        if o.passed_on is not None:
-            required = required + o.passed_on
-        return o.tau - required
+        return o.tau - required - self._besides
+
+    @cached_property
+    def _besides(self) -> Array:
+        """(N, n) effort that goes on to what lies beyond torque sensors, and that known loads need."""
+        o = self.observation
+        passed_on = np.zeros_like(o.tau) if o.passed_on is None else o.passed_on
+        return (
+            passed_on if o.known is None else passed_on + o.known.effort(self.kernel, self._motion, self.kernel.values)
+        )
 
     def residual(self, p: Array) -> Array:
         """(K, n) the same in the analysis band, where the joints move, less what the beginning of states would tell."""

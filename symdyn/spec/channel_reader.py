@@ -11,7 +11,7 @@ from symdyn.base.wording import did_you_mean, quoted
 from symdyn.spec.field_units import channel_unit, motion_of
 from symdyn.spec.findings import Findings
 from symdyn.spec.places import joint_places
-from symdyn.spec.records import Channel, ChannelMap, Joint, Motion, Quantity, Robot, Side
+from symdyn.spec.records import Channel, ChannelMap, Joint, Motion, Parameter, Quantity, Robot, Side
 from symdyn.spec.schema import ChannelMapFile, ChannelTable, RecordingTable
 from symdyn.spec.shape import validated
 from symdyn.spec.toml_positions import KeyPath
@@ -23,13 +23,15 @@ def read_channel_map(path: str | Path, robot: Robot) -> ChannelMap:
     source = parse(read_text(path), str(path))
     findings = Findings(source)
     shape = validated(ChannelMapFile, source.data, findings)
-    channels = read_channels(shape.recording, robot.joints, findings) if shape is not None else None
+    channels = read_channels(shape.recording, robot.joints, robot.parameters, findings) if shape is not None else None
     findings.raise_errors()
     assert channels is not None  # without a shape there are errors
     return channels
 
 
-def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Findings) -> ChannelMap:
+def read_channels(
+    table: RecordingTable, joints: Sequence[Joint], parameters: Sequence[Parameter], findings: Findings
+) -> ChannelMap:
     """The channel map of a [recording] table; what is wrong is added to the findings."""
     path: KeyPath = ("recording",)
     motions = {joint.name: motion_of(joint.kind) for joint in joints}
@@ -37,8 +39,12 @@ def read_channels(table: RecordingTable, joints: Sequence[Joint], findings: Find
     drives = {joint.name: Motion.ROTATIONAL for joint in joints if joint.drive is not None}  # whatever the joint does
     by_side = {Side.LINK: motions, Side.MOTOR: motions | drives, Side.OUTPUT: {j.name: motions[j.name] for j in joints}}
     time_factor = _factor(table.time.unit, "s", (*path, "time", "unit"), findings)
+    units = {parameter.name: parameter.unit for parameter in parameters}
     channels = tuple(
-        _read_channel(channel, (*path, "channel", i), by_side, findings) for i, channel in enumerate(table.channel)
+        _read_parameter(channel, (*path, "channel", i), units, findings)
+        if channel.quantity == Quantity.PARAMETER
+        else _read_channel(channel, (*path, "channel", i), by_side, findings)
+        for i, channel in enumerate(table.channel)
     )
     _check_columns(table, findings)
     _check_measured_once(channels, findings)
@@ -50,6 +56,11 @@ def _read_channel(
 ) -> Channel:
     quantity, side = Quantity(table.quantity), Side(table.side)
     factor = 1.0
+    if table.parameter:
+        findings.error((*path, "parameter"), "SD203", f"a {quantity} is that of a joint, not of a parameter")
+    if not table.joint:
+        findings.error(path, "SD202", f"`joint`: missing; a {quantity} is measured at a joint, or a part of a drive")
+        return _channel(table, "", factor, path, findings)
     motion = motions[side].get(table.joint)
     if motion is None:
         advice = did_you_mean(table.joint, motions[side], "joints and parts of drives")
@@ -62,11 +73,32 @@ def _read_channel(
     if side is Side.OUTPUT and quantity is not Quantity.EFFORT:
         hint = 'what moves there is the joint itself: side = "link"'
         findings.error((*path, "side"), "SD203", f"at a drive's output an effort is measured, and no {quantity}", hint)
+    return _channel(table, table.joint, factor, path, findings)
+
+
+def _read_parameter(table: ChannelTable, path: KeyPath, units: Mapping[str, str], findings: Findings) -> Channel:
+    """A parameter whose value is known in every sample."""
+    if table.joint:
+        findings.error((*path, "joint"), "SD203", "a known parameter is named by `parameter`, and has no joint")
+    if table.parameter not in units:
+        advice = did_you_mean(table.parameter, units, "parameters")
+        findings.error(
+            (*path, "parameter") if table.parameter else path,
+            "SD104",
+            f"no parameter {quoted(table.parameter)}",
+            advice,
+        )
+        return _channel(table, table.parameter, 1.0, path, findings)
+    factor = _factor(table.unit, units[table.parameter], (*path, "unit"), findings)
+    return _channel(table, table.parameter, factor, path, findings)
+
+
+def _channel(table: ChannelTable, of: str, factor: float, path: KeyPath, findings: Findings) -> Channel:
     return Channel(
         table.column,
-        quantity,
-        table.joint,
-        side,
+        Quantity(table.quantity),
+        of,
+        Side(table.side),
         table.unit,
         factor,
         table.scale,

@@ -234,6 +234,7 @@ class Quantity(StrEnum):
     EFFORT = "effort"  # torque or force
     VOLTAGE = "voltage"
     CURRENT = "current"
+    PARAMETER = "parameter"  # of the model, known: a load that one run has and another has not
 
 
 class Side(StrEnum):
@@ -248,7 +249,7 @@ class Channel:
 
     column: str
     quantity: Quantity
-    joint: str
+    joint: str  # or the parameter's name
     side: Side
     unit: str
     factor: float  # of the unit, to SI

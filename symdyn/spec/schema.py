@@ -204,7 +204,8 @@ class TimeTable(_Table):
 class ChannelTable(_Table):
     column: Text
     quantity: Literal[*(quantity.value for quantity in Quantity)]  # type: ignore[valid-type]
-    joint: Text
+    joint: Text = ""
+    parameter: Text = ""
     side: Literal[*(side.value for side in Side)] = "link"  # type: ignore[valid-type]
     unit: Text
     scale: Finite = 1.0

@@ -81,7 +81,11 @@ def _build(shape: RobotFile, text: str, catalogue: Catalogue, findings: Findings
     tool = _read_tool(shape.tool, numbers) if shape.tool is not None else None
     places = [place for joint in joints for place in joint_places(joint)]
     effects = read_effects(shape.effect, places, catalogue, numbers)
-    channels = read_channels(shape.recording, joints, findings) if shape.recording is not None else None
+    channels = (
+        read_channels(shape.recording, joints, numbers.parameters.every, findings)
+        if shape.recording is not None
+        else None
+    )
     return Robot(
         shape.robot.name,
         shape.robot.description,

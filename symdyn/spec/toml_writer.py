@@ -28,6 +28,7 @@ from symdyn.spec.records import (
     Monomial,
     Parameter,
     Placement,
+    Quantity,
     Robot,
     Rotation,
 )
@@ -270,14 +271,19 @@ def _channel(channel: Channel) -> str:
         "[[recording.channel]]",
         f"column = {_quote(channel.column)}",
         f'quantity = "{channel.quantity}"',
-        f"joint = {_quote(channel.joint)}",
-        f'side = "{channel.side}"',
+        *_where(channel),
         f"unit = {_quote(channel.unit)}",
         f"scale = {channel.scale!r}",
         f"sign = {channel.sign}",
         "",
     ]
     return "\n".join(lines)
+
+
+def _where(channel: Channel) -> list[str]:
+    if channel.quantity is Quantity.PARAMETER:
+        return [f"parameter = {_quote(channel.joint)}"]
+    return [f"joint = {_quote(channel.joint)}", f'side = "{channel.side}"']
 
 
 def _quote(text: str) -> str:
