@@ -17,10 +17,11 @@ from symdyn.faces.console import err, out, print_json, print_table, print_warnin
 from symdyn.faces.recordings import open_recording
 from symdyn.faces.words import plain_number
 from symdyn.numeric.candidates import bounds
-from symdyn.numeric.cut import UNCUT, parts
+from symdyn.numeric.cut import UNCUT
 from symdyn.numeric.executor import Executor, Task
 from symdyn.numeric.identify import Fitted, fitted
 from symdyn.numeric.profile_likelihood import Identified, Profile, profile
+from symdyn.numeric.torque_sensors import parts
 from symdyn.spec.records import Robot
 from symdyn.spec.urdf_chain import Chain
 

@@ -1,4 +1,4 @@
-"""A torque sensor between a drive and its joint cuts a machine in two: what lies beyond it, and the drive before it.
+"""The parts that a torque sensor between a drive and its joint cuts a machine into: what lies beyond it, and the drive.
 
 What the sensor shows is the effort of all beyond it, which has nothing of the rotors and the friction before it. The
 drive is a rotor by itself, which its motor drives and that effort, over the ratio, brakes.
@@ -14,10 +14,9 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.circuits import current_of, effort_by_current
-from symdyn.numeric.filtering.needed import has_hidden_parts
+from symdyn.numeric.circuits import effort_by_current
 from symdyn.numeric.gearing import TACHOMETER, gear_ratio, motor_rotor, number
-from symdyn.numeric.mechanics import at_joints, mechanics, untested, with_joints
+from symdyn.numeric.mechanics import at_joints, with_joints
 from symdyn.numeric.reading import READERS
 from symdyn.numeric.recording import ChannelKey, Recording, frozen
 from symdyn.physics import catalogue
@@ -63,20 +62,22 @@ class Part:
         """What a recording of the whole ``robot`` shows of this part."""
         if not self.sensed:
             return recording
-        shown = at_joints(robot, _without(recording, self.sensed))
+        shown = at_joints(robot, without_sensors(recording, self.sensed))
         if self.drive is None:
-            sensors = {(Quantity.EFFORT, j, Side.LINK): recording.channels[_sensor(recording, j)] for j in self.sensed}
+            sensors = {
+                (Quantity.EFFORT, j, Side.LINK): recording.channels[sensor_of(recording, j)] for j in self.sensed
+            }
             rest = {key: values for key, values in shown.channels.items() if not _is_of_drive(key, self.sensed)}
             return replace(recording, channels=MappingProxyType(rest | sensors))
         joint = next(joint for joint in robot.joints if joint.name == self.drive)
-        rotor, ratio = _as_joint(motor_rotor(joint) or ""), gear_ratio(robot, joint)
-        effort = _of_motor(robot, joint, shown)
+        rotor, ratio = _as_joint(rotor_of(joint) or ""), gear_ratio(robot, joint)
+        effort = motor_effort(robot, joint, shown)
         assert effort is not None
-        turned = _turned(recording, motor_rotor(joint) or "", ratio * shown.channel(Quantity.POSITION, joint.name))
+        turned = _turned(recording, rotor_of(joint) or "", ratio * shown.channel(Quantity.POSITION, joint.name))
         channels = {
             (Quantity.POSITION, rotor, Side.LINK): turned,
             (Quantity.EFFORT, rotor, Side.LINK): effort / ratio,
-            (Quantity.EFFORT, rotor, Side.OUTPUT): recording.channels[_sensor(recording, joint.name)] / ratio,
+            (Quantity.EFFORT, rotor, Side.OUTPUT): recording.channels[sensor_of(recording, joint.name)] / ratio,
         }
         return replace(recording, channels=MappingProxyType({key: frozen(values) for key, values in channels.items()}))
 
@@ -104,76 +105,15 @@ class Part:
 UNCUT = Part()
 
 
-def parts(robot: Robot, recordings: Sequence[Recording]) -> tuple[tuple[Part, ...], list[str]]:
-    """What torque sensors cut a robot into, links first, and what is to be said of that; without any, the whole.
-
-    A drive is a part where the effort of its motor was recorded, and the model has a rotor for it to turn.
-    """
-    sensed = tuple(j.name for j in robot.joints if all(_is_sensed(j, recording) for recording in recordings))
-    if not sensed:
-        unused = [] if has_hidden_parts(robot, recordings[0]) else robot.joints
-        return (UNCUT,), [words for joint in unused if (words := _unused(joint, recordings[0]))]
-    cut = [joint for joint in robot.joints if joint.name in sensed]
-    found, told = (
-        [Part(sensed)],
-        [_inferred(j) for j in cut if not recordings[0].has(Quantity.EFFORT, j.name, Side.OUTPUT)],
-    )
-    told += untested(replace(robot, joints=tuple(cut)), mechanics(replace(robot, joints=tuple(cut), effects=())))
-    shown = [at_joints(robot, _without(recording, sensed)) for recording in recordings]
-    found = [Part(sensed)]
-    for joint in cut:
-        if motor_rotor(joint) is None:
-            told.append(f"the drive of {joint.name} is not tested: the model has no rotor there")
-        elif any(_of_motor(robot, joint, each) is None for each in shown):
-            told.append(f"the drive of {joint.name} is not tested: no effort of its motor was recorded")
-        else:
-            found.append(Part(sensed, joint.name, _driven_at_joint(joint)))
-    return tuple(found), told
-
-
-def _inferred(joint: Joint) -> str:
-    return (
-        f"the effort of {joint.name} at its link's side is taken for that of a torque sensor at its drive's output, "
-        "as that of its motor was recorded, too"
-    )
-
-
-def _driven_at_joint(joint: Joint) -> bool:
-    return joint.drive is not None and joint.drive.motor is None and not joint.drive.effort_at
-
-
-def _is_sensed(joint: Joint, recording: Recording) -> bool:
-    if joint.drive is None:
-        return False
-    if recording.has(Quantity.EFFORT, joint.name, Side.OUTPUT):
-        return True
-    both = recording.has(Quantity.EFFORT, joint.name, Side.LINK) and _effort_of_motor(joint, recording)
-    return bool(both and joint.drive.rotors)
-
-
-def _effort_of_motor(joint: Joint, recording: Recording) -> bool:
-    return recording.has(Quantity.EFFORT, joint.name, Side.MOTOR) or any(
-        quantity is Quantity.EFFORT and address.startswith(f"{joint.name}.")
-        for quantity, address, _ in recording.channels
-    )
-
-
-def _unused(joint: Joint, recording: Recording) -> str:
-    if joint.drive is None or current_of(joint, recording) is None or not recording.has(Quantity.EFFORT, joint.name):
-        return ""
-    return (
-        f"the current of {joint.name} is not used beside its effort; if that is of a torque sensor at the drive's "
-        'output, its channel has side = "output"'
-    )
-
-
-def _sensor(recording: Recording, joint: str) -> ChannelKey:
+def sensor_of(recording: Recording, joint: str) -> ChannelKey:
+    """The channel of the effort at the output of a joint's drive."""
     output = (Quantity.EFFORT, joint, Side.OUTPUT)
     return output if output in recording.channels else (Quantity.EFFORT, joint, Side.LINK)
 
 
-def _without(recording: Recording, sensed: Sequence[str]) -> Recording:
-    sensors = {_sensor(recording, joint) for joint in sensed}
+def without_sensors(recording: Recording, sensed: Sequence[str]) -> Recording:
+    """The rest of what was recorded."""
+    sensors = {sensor_of(recording, joint) for joint in sensed}
     rest = {key: values for key, values in recording.channels.items() if key not in sensors}
     return replace(recording, channels=MappingProxyType(rest))
 
@@ -197,7 +137,7 @@ def _turned(recording: Recording, rotor: str, otherwise: Array) -> Array:
     return next((recording.channels[key] for key in own if key in recording.channels), otherwise)
 
 
-def _of_motor(robot: Robot, joint: Joint, shown: Recording) -> Array | None:
+def motor_effort(robot: Robot, joint: Joint, shown: Recording) -> Array | None:
     """(N,) what the motor exerts, at the joint."""
     if shown.has(Quantity.EFFORT, joint.name):
         return shown.channel(Quantity.EFFORT, joint.name)
@@ -211,13 +151,19 @@ def _of_motor(robot: Robot, joint: Joint, shown: Recording) -> Array | None:
     return np.asarray(geared * number(robot, joint.actuator.gain) * shown.channel(wanted, joint.name))
 
 
+def rotor_of(joint: Joint) -> str | None:
+    """The rotor by which a drive is called: that which its motor turns, or else the first; None where it has none."""
+    rotors = () if joint.drive is None else tuple(f"{joint.name}.{rotor.name}" for rotor in joint.drive.rotors)
+    return next((at for at in (motor_rotor(joint), *rotors) if at in rotors), None)
+
+
 def _as_joint(rotor: str) -> str:
     return rotor.replace(".", APART)
 
 
 def _alone(robot: Robot, joint: Joint) -> Robot:
     """The rotors of a drive, turning together about an axis that stands."""
-    drive, address = joint.drive, motor_rotor(joint)
+    drive, address = joint.drive, rotor_of(joint)
     assert drive is not None
     assert address is not None
     turning = next(rotor for rotor in drive.rotors if f"{joint.name}.{rotor.name}" == address)

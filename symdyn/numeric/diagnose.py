@@ -12,7 +12,7 @@ from symdyn.numeric.candidates import Candidate, fitted_parameters, held_paramet
 from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.conclude import conclude
 from symdyn.numeric.confused import check_confused
-from symdyn.numeric.cut import Part, parts
+from symdyn.numeric.cut import Part
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import LEVEL
 from symdyn.numeric.few_waves import waves_instead
@@ -46,6 +46,7 @@ from symdyn.numeric.skew import (
     with_skew,
 )
 from symdyn.numeric.too_quick import doubtful, too_quick
+from symdyn.numeric.torque_sensors import parts
 from symdyn.numeric.united import united
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot

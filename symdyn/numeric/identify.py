@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import bounds, fitted_parameters
-from symdyn.numeric.cut import parts
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.known import check_separable, known_names
@@ -25,6 +24,7 @@ from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.sizes import sizes
 from symdyn.numeric.too_quick import doubtful, too_quick
+from symdyn.numeric.torque_sensors import parts
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
 

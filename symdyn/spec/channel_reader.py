@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from symdyn.base.units import UnitError, si_factor
@@ -46,9 +47,15 @@ def read_channels(
         else _read_channel(channel, (*path, "channel", i), by_side, findings)
         for i, channel in enumerate(table.channel)
     )
+    channels = tuple(_at_one_of(c, drives) if c.side is Side.OUTPUT else c for c in channels)
     _check_columns(table, findings)
     _check_measured_once(channels, findings)
     return ChannelMap(table.time.column, time_factor, channels, findings.where(path), table.time.unit)
+
+
+def _at_one_of(channel: Channel, drives: Mapping[str, Motion]) -> Channel:
+    """Without a drive its output is the joint itself."""
+    return channel if channel.joint in drives else replace(channel, side=Side.LINK)
 
 
 def _read_channel(

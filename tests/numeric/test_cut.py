@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import InputError
 from symdyn.compiler import robot_from_text
-from symdyn.numeric.cut import parts
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Diagnosis, Verdict
 from symdyn.numeric.identify import identify
 from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.numeric.torque_sensors import parts
 from symdyn.spec.records import Quantity, Robot, Side
 
-from .arm_of_two import rubbing, with_drives
+from .arm_of_two import ARM_OF_TWO, rubbing, with_drives
 from .pendulum import GRAVITY
 
 Array = NDArray[np.float64]
@@ -177,6 +177,23 @@ motor = { name = "circuit", at = "motor", resistance = 1, torque_constant = 0.1,
     assert set(told.per_joint) == {"one", "two", "two.motor"}
     assert "the transmission of two is taken for rigid, and its shafts are not tested" in told.alarms
     assert any(alarm.startswith("the circuit of two is not tested") for alarm in told.alarms)
+
+
+def test_a_drive_without_a_rotor_has_nothing_to_test() -> None:
+    turning = 'rotors = [{ name = "motor", inertia = "J", fixed_to_joint = true }]\n'
+    bare = MODEL.replace(turning, "").split("[[effect]]")[0].replace('J = "7.5e-5 kg m^2"\n', "")
+    bare = bare.replace('b = "1.6e-4 N m s/rad"\n', "")
+    (links,), told = parts(robot_from_text(bare, "bare.toml"), [recorded(1)])
+    assert links.drive is None
+    assert told == ["the drive of arm is not tested: the model has no rotor there"]
+
+
+def test_without_a_drive_its_output_is_the_joint() -> None:
+    channel = 'column = "tau"\nquantity = "effort"\njoint = "one"\nunit = "N m"\nside = "output"\n'
+    text = f'{ARM_OF_TWO}\n[recording]\ntime = {{ column = "t", unit = "s" }}\n\n[[recording.channel]]\n{channel}'
+    channels = robot_from_text(text, "two.toml").channels
+    assert channels is not None
+    assert [c.side for c in channels.channels] == [Side.LINK]
 
 
 def test_names_of_a_part_are_those_of_the_whole_again(robot: Robot) -> None:
