@@ -66,6 +66,8 @@ resistance = 1
 torque_constant = 0.1
 back_emf_constant = 0.1
 """
+LOAD = '\n[parameters]\nm_load = "0 kg"\n'
+TIME = '\n[recording]\ntime = { column = "t", unit = "s" }\n'
 AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and after it
     ("", ""),
     (HEAD, DH + JOINT.format("shoulder")),
@@ -77,6 +79,7 @@ AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and aft
     (HEAD + DH + JOINT.format("axis1"), ""),
     (HEAD + DH + JOINT.format("axis1") + CIRCUIT, ""),
     (HEAD + DH + JOINT.format("shoulder"), ""),
+    (HEAD + LOAD + DH + JOINT.format("shoulder") + TIME, ""),
 )
 PAGES = [*sorted(CHECKOUT.glob("*.md")), *sorted((CHECKOUT / "docs").glob("*.md"))]
 

@@ -200,7 +200,8 @@ def test_identify_fits_what_the_motion_shows(tmp_path: Path) -> None:
     done = run("identify", model, training, "--json")
     assert (done.code, done.err) == (0, "")
     facts = done.json()
-    assert set(facts) == {"parameters", "relative_error", "band_hz"}
+    assert set(facts) == {"parameters", "relative_error", "band_hz", "alarms"}
+    assert facts["alarms"] == []
     fitted = {name: p["value"] for name, p in facts["parameters"].items()}
     units = {name: p["unit"] for name, p in facts["parameters"].items()}
     assert units == {"m": "kg", "J": "kg m^2", "pivot_com_x": "m"}
