@@ -63,13 +63,12 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     return explained(model, current.found, beliefs, again)
 
 
-def put_back(model: Model, current: Explanation, progress: Progress) -> Explanation:
-    """The same effects, begun once more where free runs are off by twice the sensors' noise and that is likelier.
+def astray(model: Model, current: Explanation) -> bool:
+    """Whether free runs are off by twice the sensors' noise: what was fitted before an effect was found may be far off.
 
-    What was fitted before an effect was found may be astray; the next effect would be one that makes up for it.
+    The next effect would be one that makes up for it.
     """
-    again = relieved(model, current, progress) if off(model, current, TWICE) else None
-    return again or current
+    return off(model, current, TWICE)
 
 
 def unburdened(model: Model, step: Step) -> Step:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
-from symdyn.numeric.filtering.afresh import afresh, put_back, relieved, unburdened
+from symdyn.numeric.filtering.afresh import afresh, astray, relieved, unburdened
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
@@ -74,7 +74,9 @@ def diagnose_hidden(
             current = pair[1].after
         elif best is not None:
             new = finding(model, current, best, tried)
-            current = put_back(model, best.after, progress)
+            current = best.after
+            if astray(model, current):
+                current, begun = relieved(model, current, progress) or current, current.found
             findings.append(replace(new, heldout_after=current.heldout))
         else:
             break
