@@ -142,9 +142,8 @@ def _relative(left: Array, bench: Workbench) -> Array:
 def specification(case: Case, final: Explanation, part: Part) -> Robot:
     """The whole model's own TOML with fitted parameters and one [[effect]] per finding; comments are kept."""
     text, file = case.robot.text, case.robot.where.file if case.robot.where else case.robot.name
-    whole = (
-        case.robot if part == UNCUT else robot_from_text(text, file)
-    )  # whose effects are those of the text, in its order
+    # Of a part, too: its own record has fewer effects than the text.
+    whole = case.robot if part == UNCUT else robot_from_text(text, file)
     for name, estimate in case.model_parameters(final).items():
         text = set_parameter(text, whole, name, estimate.written)
     for candidate, _ in final.found:

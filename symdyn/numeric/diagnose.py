@@ -105,9 +105,10 @@ def _by_either_way(
     """By inverse dynamics, or by a filter where that sees more."""
     robot = part.of(whole)
     if not has_hidden_parts(robot, runs[0]):
-        begun = _begun(part, robot, runs, band, hold, progress)
+        fixed = held_parameters(whole, fitted_parameters(whole), hold) | known_names(runs)
+        begun = _begun(part, robot, runs, band, fixed, progress)
         quick = too_quick(begun.case.bench, begun.given.fit.p, begun.case.joints)
-        if not (quick and can_follow(robot)):
+        if not quick or part.drive is not None or not can_follow(robot):
             found = _diagnose(begun.noting(*doubtful(quick)), band, progress)
             return replace(found, alarms=(*untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
@@ -123,11 +124,10 @@ def _begun(
     robot: Robot,
     runs: tuple[Recording, Recording],
     band: float | None,
-    hold: Sequence[str],
+    fixed: frozenset[str],
     progress: Progress,
 ) -> Inquiry:
     """The model as given, fitted. Raises BadRecording where channels are confused."""
-    fixed = held_parameters(robot, fitted_parameters(robot), hold) | known_names(runs)
     setting = prepare(robot, *runs, progress, fixed, part)
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()

@@ -32,6 +32,10 @@ def parts(robot: Robot, recordings: Sequence[Recording]) -> tuple[tuple[Part, ..
             told.append(f"the drive of {joint.name} is not tested: the model has no rotor there")
         elif any(motor_effort(robot, joint, each) is None for each in shown):
             told.append(f"the drive of {joint.name} is not tested: no effort of its motor was recorded")
+        elif not all(each.has(Quantity.POSITION, joint.name) for each in shown):
+            told.append(
+                f"the drive of {joint.name} is not tested: no position was recorded, of its motor or of the joint"
+            )
         else:
             found.append(Part(sensed, joint.name, _driven_at_joint(joint)))
     return tuple(found), told

@@ -25,7 +25,7 @@ from .pendulum import GRAVITY
 
 Array = NDArray[np.float64]
 
-POSITION, EFFORT, CURRENT = Quantity.POSITION, Quantity.EFFORT, Quantity.CURRENT
+POSITION, VELOCITY, EFFORT, CURRENT = Quantity.POSITION, Quantity.VELOCITY, Quantity.EFFORT, Quantity.CURRENT
 RATIO = 50.0
 MASS, ARM, TURNING, ROTOR, VISCOUS = 3.0, 0.25, 0.06, 6e-5, 2e-4  # the truth; the model has other numbers
 MODEL = f"""
@@ -71,6 +71,7 @@ def recorded(seed: int, of_motor: float = 0.0, of_link: float = 0.0, gain: float
     motor = beyond / RATIO + ROTOR * RATIO * a + VISCOUS * RATIO * v + of_motor * np.sign(v)
     channels: dict[ChannelKey, Array] = {
         (POSITION, "arm", Side.LINK): q + 1e-5 * rng.standard_normal(len(t)),
+        (VELOCITY, "arm", Side.LINK): v + 1e-3 * rng.standard_normal(len(t)),
         (EFFORT, "arm", Side.OUTPUT): beyond + 0.02 * rng.standard_normal(len(t)),
         (EFFORT, "arm", Side.MOTOR): gain * motor + 0.001 * rng.standard_normal(len(t)),
     }
@@ -123,6 +124,13 @@ def test_a_motor_that_gives_less_than_it_says_is_told(robot: Robot) -> None:
     assert told.findings[0].parameters["gain"].value == pytest.approx(1 / 1.08, rel=2e-3)
 
 
+def test_a_parameter_of_one_side_may_be_held(robot: Robot) -> None:
+    told = diagnose(robot, recorded(1), recorded(2), band=12.0, hold=["J"])
+    assert "J" not in told.model
+    assert "b" in told.model
+    assert "I" in told.model
+
+
 def test_an_effort_of_the_link_beside_one_of_the_motor_is_that_of_a_sensor(robot: Robot) -> None:
     output, link = (EFFORT, "arm", Side.OUTPUT), (EFFORT, "arm", Side.LINK)
     runs = [changed(r, {link: r.channels[output]}, output) for r in (recorded(1, 0.03), recorded(2, 0.03))]
@@ -137,6 +145,22 @@ def test_without_an_effort_of_the_motor_the_links_alone_are_tested(robot: Robot)
     assert [(f.effect, f.place) for f in told.findings] == [("coulomb_friction", "arm")]
     assert "the drive of arm is not tested: no effort of its motor was recorded" in told.alarms
     assert "J" not in told.model
+
+
+@pytest.mark.slow
+def test_what_lies_beyond_a_sensor_may_have_hidden_parts(robot: Robot) -> None:
+    """Of the joint its speed alone is known, so a filter follows it; findings are written into the whole text."""
+    before = robot_from_text(
+        f'{MODEL}\n[[effect]]\ntype = "viscous_friction"\nat = "arm"\ncoefficient = 0.01\n', "s.toml"
+    )
+    runs = [changed(recorded(seed, 0.0, 1.2), {}, (POSITION, "arm", Side.LINK)) for seed in (1, 2)]
+    told = told_of(before, *runs)
+    assert [(f.effect, f.place) for f in told.findings] == [("coulomb_friction", "arm")]
+    assert told.findings[0].parameters["level"].value == pytest.approx(1.2, rel=0.02)
+    assert "the drive of arm is not tested: no position was recorded, of its motor or of the joint" in told.alarms
+    motor, arm, new = told.diagnosed.effects
+    assert (motor.at, arm.at, new.type) == ("arm.motor", "arm", "coulomb_friction")
+    assert (motor.values, arm.values[0][0]) == (before.effects[0].values, "coefficient")
 
 
 def test_a_fit_takes_either_side_for_what_it_is(robot: Robot) -> None:

@@ -86,24 +86,25 @@ def conclude(
 
 def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
     """The model's own TOML with fitted parameters and one [[effect]] per finding; comments are kept."""
-    text = robot.text
+    text, file = robot.text, robot.where.file if robot.where else robot.name
+    whole = robot_from_text(text, file)  # of a part, too: the effects of the text, one by one
     own = {parameter.name for parameter in robot.parameters}
     for name in model.beliefs:
         if name in own:
             own_value = estimate(model, final.fit, name)
-            text = set_parameter(text, robot, name, own_value.written)
+            text = set_parameter(text, whole, name, own_value.written)
     for new in model.freed:
         numbers = {k: estimate(model, final.fit, getattr(new, k)) for k in ("stiffness", "damping")}
         values = {k: e.written for k, e in numbers.items()}
         shaft = {"name": new.shaft, "from": new.rotor, "to": JOINT_END, **values}
-        text = free_rotor(text, robot, new.joint, new.rotor, shaft)
+        text = free_rotor(text, whole, new.joint, new.rotor, shaft)
     for late in model.lagging:
         value = estimate(model, final.fit, late.parameter).written
         text = set_effect(text, late.effect, late.at, {late.name: value})
     for candidate, _ in final.found:
         values = {k: e.written for k, e in parameters(model, final, candidate).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
-    return robot_from_text(text, robot.where.file if robot.where else robot.name)
+    return robot_from_text(text, file)
 
 
 def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str, Estimate]:
