@@ -17,6 +17,7 @@ from symdyn.numeric.filtering.locate import locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, holding, prepare
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
+from symdyn.numeric.filtering.simpler import simpler
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.verdict import NEGLIGIBLE
@@ -84,8 +85,25 @@ def diagnose_hidden(
         model, current, findings = stiffened(model, current, findings, alarms, recordings, progress)
     told = {c.label for c, _ in current.found}
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
+    current, findings = _simplified(model, current, findings, progress)
     current, findings = _reexamined(model, current, findings, alarms)
     return conclude(model, as_given, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+
+
+def _simplified(
+    model: Model, current: Explanation, findings: list[Finding], progress: Progress
+) -> tuple[Explanation, list[Finding]]:
+    """With a simpler law in the place of one that tells no more."""
+    for item in current.found:
+        instead = simpler(model, current, item, progress)
+        if instead is None:
+            continue
+        without, chosen = instead
+        progress(f"as good as {item[0].label}: {chosen.score.candidate.title}")
+        wide, current = (item[0].effect, item[0].place.address), chosen.after
+        new = finding(model, without, chosen, (chosen,))
+        findings = [new if (f.effect, f.place) == wide else f for f in findings]
+    return current, findings
 
 
 def _reexamined(
