@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.recording import ChannelKey, Recording, frozen
 from symdyn.numeric.recording_time import GAP_STEPS, MIN_SAMPLES
+from symdyn.spec.records import Quantity
 
 Array = NDArray[np.float64]
 Runs = Recording | Sequence[Recording]
@@ -124,6 +125,12 @@ def _misfits(first: Recording, run: Recording) -> list[Problem]:
     if not _shared([first, run]):
         message = f"recordings '{first.name}' and '{run.name}' measure nothing in common"
         problems.append(Problem("SD526", message, hint="diagnose them one by one"))
+    known = [{at for quantity, at, _ in each.channels if quantity is Quantity.PARAMETER} for each in (first, run)]
+    if alone := sorted(known[0] ^ known[1]):
+        message = f"of recordings '{first.name}' and '{run.name}' one alone tells {', '.join(alone)}"
+        problems.append(
+            Problem("SD526", message, hint="give the other a column, too: what it does not carry is 0 there")
+        )
     return problems
 
 

@@ -79,6 +79,13 @@ def test_a_load_that_never_stays_is_refused(robot: Robot) -> None:
     assert [problem.code for problem in caught.value.problems] == ["SD537"]
 
 
+def test_runs_that_are_fitted_together_all_tell_their_load(robot: Robot) -> None:
+    with pytest.raises(InputError) as caught:
+        diagnose(robot, [carrying(1, 2.0), run(2)], run(3))
+    assert [problem.code for problem in caught.value.problems] == ["SD526"]
+    assert "one alone tells m_load" in str(caught.value)
+
+
 def test_a_load_whose_effort_depends_on_what_is_fitted_is_refused() -> None:
     text = LOADED.replace('mass = "m_load"\ncom = ["x_load", 0, 0]', 'mass = "m_load"\ncom = ["r2", 0, 0]')
     runs = carrying(1, 0.0), carrying(2, 2.0)
