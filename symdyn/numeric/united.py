@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,7 +36,7 @@ def united(robot: Robot, parts: Sequence[Part], found: Sequence[Diagnosis], told
         verdict=min((one.verdict for one in found), key=WORST_FIRST.index),
         robot=robot,
         diagnosed=found[-1].diagnosed,
-        findings=tuple(finding for one in found for finding in one.findings),
+        findings=tuple(_in_turn(found, counts)),
         model={name: value for one in found for name, value in one.model.items()},
         before=_over_all([one.before for one in found], counts),
         after=after,
@@ -53,6 +53,25 @@ def united(robot: Robot, parts: Sequence[Part], found: Sequence[Diagnosis], told
         if all(floors)
         else None,
     )
+
+
+def _in_turn(found: Sequence[Diagnosis], counts: Sequence[int]) -> Iterator[Finding]:
+    """The findings of one part after the other, with what each left of the whole."""
+    left = [one.before.heldout for one in found]
+    for i, one in enumerate(found):
+
+        def over_all(error: float, i: int = i) -> float:
+            return float(np.sqrt(np.average(np.square([*left[:i], error, *left[i + 1 :]]), weights=counts)))
+
+        for finding in one.findings:
+            yield replace(
+                finding,
+                heldout_before=over_all(finding.heldout_before),
+                heldout_after=over_all(finding.heldout_after),
+                alternatives=tuple(replace(a, heldout=over_all(a.heldout)) for a in finding.alternatives),
+            )
+            left[i] = finding.heldout_after
+        left[i] = one.after.heldout
 
 
 def _over_all(errors: Sequence[Errors], counts: Sequence[int]) -> Errors:

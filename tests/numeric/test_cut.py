@@ -199,6 +199,10 @@ motor = { name = "circuit", at = "motor", resistance = 1, torque_constant = 0.1,
     assert found["two"].parameters["level"].value == pytest.approx(0.1, rel=0.02)
     assert found["two.motor"].parameters["level"].value == pytest.approx(0.004, rel=0.02)
     assert set(told.per_joint) == {"one", "two", "two.motor"}
+    first, second = told.findings
+    assert told.before.heldout == pytest.approx(first.heldout_before, rel=1e-3)
+    assert first.heldout_before > first.heldout_after == pytest.approx(second.heldout_before, rel=1e-2)
+    assert second.heldout_after == pytest.approx(told.after.heldout, rel=1e-2)  # of the whole, step by step
     assert "the transmission of two is taken for rigid, and its shafts are not tested" in told.alarms
     assert any(alarm.startswith("the circuit of two is not tested") for alarm in told.alarms)
 
