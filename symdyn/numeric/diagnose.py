@@ -73,6 +73,7 @@ def diagnose(
     one. Either is a recording or several; without ``heldout``, blocks of the training recordings judge
     (``runs.split``). ``band`` in Hz fixes the analysis band (None: found from the residual). Parameters whose
     names fit one of the patterns ``hold`` are not fitted (``"*"``: none is); the model is right about them.
+    Where torque sensors cut the machine (``torque_sensors.parts``), each part is diagnosed by itself.
 
     Raises InputError when the recordings do not measure what the model's equations need, or do not go
     together; BadRecording when their mismatch is that of a recording, not of a machine; NumericalError

@@ -57,11 +57,11 @@ def _is_sensed(joint: Joint, recording: Recording) -> bool:
         return False
     if recording.has(Quantity.EFFORT, joint.name, Side.OUTPUT):
         return True
-    both = recording.has(Quantity.EFFORT, joint.name, Side.LINK) and _effortmotor_effort(joint, recording)
+    both = recording.has(Quantity.EFFORT, joint.name, Side.LINK) and _motor_was_recorded(joint, recording)
     return bool(both and joint.drive.rotors)
 
 
-def _effortmotor_effort(joint: Joint, recording: Recording) -> bool:
+def _motor_was_recorded(joint: Joint, recording: Recording) -> bool:
     return recording.has(Quantity.EFFORT, joint.name, Side.MOTOR) or any(
         quantity is Quantity.EFFORT and address.startswith(f"{joint.name}.")
         for quantity, address, _ in recording.channels
