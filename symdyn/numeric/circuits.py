@@ -31,6 +31,12 @@ def has_voltage(robot: Robot, joint: Joint, recording: Recording) -> bool:
     return any(address in _addresses(joint) and address not in sensors for _, address, _ in keys)
 
 
+def input_of(joint: Joint) -> Quantity | None:
+    """What an actuator is given; None where there is none, or its input has another unit."""
+    units = {"V": Quantity.VOLTAGE, "A": Quantity.CURRENT}
+    return None if joint.actuator is None else units.get(joint.actuator.input_unit)
+
+
 def effort_by_current(robot: Robot, joint: Joint, recording: Recording) -> Array | None:
     """(N,) effort that the motor's current gives a joint that its rotor is fixed to; None as ``current_of``."""
     current, drive = current_of(joint, recording), joint.drive

@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.circuits import effort_by_current
+from symdyn.numeric.circuits import effort_by_current, input_of
 from symdyn.numeric.gearing import TACHOMETER, gear_ratio, motor_rotor, number
 from symdyn.numeric.mechanics import at_joints, with_joints
 from symdyn.numeric.reading import READERS
@@ -144,7 +144,7 @@ def motor_effort(robot: Robot, joint: Joint, shown: Recording) -> Array | None:
     by_current = effort_by_current(robot, joint, shown)
     if by_current is not None or joint.actuator is None or joint.drive is None:
         return by_current
-    wanted = {"V": Quantity.VOLTAGE, "A": Quantity.CURRENT}.get(joint.actuator.input_unit)
+    wanted = input_of(joint)
     if wanted is None or not shown.has(wanted, joint.name):
         return None
     geared = gear_ratio(robot, joint) if joint.drive.effort_at else 1.0

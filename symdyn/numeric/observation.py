@@ -12,7 +12,7 @@ from scipy import signal
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.circuits import effort_by_current
+from symdyn.numeric.circuits import effort_by_current, input_of
 from symdyn.numeric.known import Known, known_in
 from symdyn.numeric.mechanics import at_joints
 from symdyn.numeric.memory import driven_states
@@ -128,7 +128,7 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
         if by_current is not None:
             direct[:, i] = by_current
             continue
-        wanted = {"V": Quantity.VOLTAGE, "A": Quantity.CURRENT}.get(joint.actuator.input_unit if joint.actuator else "")
+        wanted = input_of(joint)
         if wanted is None or not recording.has(wanted, joint.name):
             what = f"effort (or {wanted})" if wanted else "effort"
             message = f"recording '{recording.name}' holds no {what} of joint '{joint.name}'"

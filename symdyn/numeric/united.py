@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -59,27 +59,24 @@ def _in_turn(found: Sequence[Diagnosis], counts: Sequence[int]) -> Iterator[Find
     """The findings of one part after the other, with what each left of the whole."""
     left = [one.before.heldout for one in found]
     for i, one in enumerate(found):
-
-        def over_all(error: float, i: int = i) -> float:
-            return float(np.sqrt(np.average(np.square([*left[:i], error, *left[i + 1 :]]), weights=counts)))
-
         for finding in one.findings:
-            yield replace(
-                finding,
-                heldout_before=over_all(finding.heldout_before),
-                heldout_after=over_all(finding.heldout_after),
-                alternatives=tuple(replace(a, heldout=over_all(a.heldout)) for a in finding.alternatives),
+            before, after, *others = (
+                _root_mean([*left[:i], error, *left[i + 1 :]], counts)
+                for error in (finding.heldout_before, finding.heldout_after, *(a.heldout for a in finding.alternatives))
             )
+            alternatives = (replace(a, heldout=e) for a, e in zip(finding.alternatives, others, strict=True))
+            yield replace(finding, heldout_before=before, heldout_after=after, alternatives=tuple(alternatives))
             left[i] = finding.heldout_after
         left[i] = one.after.heldout
 
 
 def _over_all(errors: Sequence[Errors], counts: Sequence[int]) -> Errors:
-    weight = np.array(counts) / sum(counts)
-    training, heldout = (
-        np.sqrt(weight @ np.square(column)) for column in np.array([(e.training, e.heldout) for e in errors]).T
-    )
-    return Errors(float(training), float(heldout))
+    training, heldout = ([getattr(e, of) for e in errors] for of in ("training", "heldout"))
+    return Errors(_root_mean(training, counts), _root_mean(heldout, counts))
+
+
+def _root_mean(errors: Sequence[float], counts: Sequence[int]) -> float:
+    return float(np.sqrt(np.average(np.square(errors), weights=counts)))
 
 
 def _in_whole(part: Part, one: Diagnosis) -> Diagnosis:
@@ -97,7 +94,9 @@ def _in_whole(part: Part, one: Diagnosis) -> Diagnosis:
         ),
         alarms=tuple(map(part.named, one.alarms)),
         traces=replace(one.traces, joints=tuple(map(part.named, one.traces.joints))),
-        located=tuple(replace(at, place=part.named(at.place), group=_group(part, at.group)) for at in one.located),
+        located=tuple(
+            replace(at, place=part.named(at.place), group=_once(map(part.named, at.group))) for at in one.located
+        ),
         noise_floor=one.noise_floor
         and replace(
             one.noise_floor, per_joint={part.named(at): errors for at, errors in one.noise_floor.per_joint.items()}
@@ -109,7 +108,7 @@ def _finding(part: Part, finding: Finding) -> Finding:
     return replace(
         finding,
         place=part.place(finding.effect, finding.place),
-        group=tuple(dict.fromkeys(part.place(finding.effect, at) for at in finding.group)),
+        group=_once(part.place(finding.effect, at) for at in finding.group),
         rivals=tuple(replace(r, place=part.place(r.effect, r.place)) for r in finding.rivals),
         alternatives=tuple(
             replace(other, place=part.place(other.effect, other.place)) for other in finding.alternatives
@@ -117,8 +116,8 @@ def _finding(part: Part, finding: Finding) -> Finding:
     )
 
 
-def _group(part: Part, places: Sequence[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(map(part.named, places)))
+def _once(places: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(places))
 
 
 def _side_by_side(traces: Sequence[Traces]) -> Traces:

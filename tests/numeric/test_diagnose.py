@@ -19,6 +19,7 @@ from symdyn.numeric.recording import Recording
 from symdyn.spec.records import Robot
 
 from .pendulum import INERTIA, MASS, TOML, TORQUE_NOISE, VISCOUS, Torque, motion, pendulum, record, recording
+from .slide import SLIDE
 
 HELDOUT = 100  # added to the seed: another motion, other noise
 
@@ -42,28 +43,6 @@ MISSING: dict[str, tuple[Torque, Mapping[str, Mapping[str, float]]]] = {
     ),
 }
 CORE = ("Coulomb friction", "ripple")  # the others are slow: a few seconds each
-
-SLIDE = """
-[robot]
-name = "slide"
-gravity = [0, 0, 0]
-
-[parameters]
-m = "2.5 kg"
-b = "1.5 N s/m"
-
-[dh]
-rows = [[0, "q", 0, 0]]
-
-[[joint]]
-name = "arm"
-link = { mass = "m" }
-
-[[effect]]
-type = "viscous_friction"
-at = "arm"
-coefficient = "b"
-"""
 
 # Torques of a kind that no effect in the catalogue has, all of which a diagnosis can see something of.
 FOREIGN: dict[str, Torque] = {

@@ -16,38 +16,17 @@ from symdyn.numeric.identify import identify
 from symdyn.numeric.recording import Recording
 
 from .pendulum import recording
+from .slide import SLIDE
 
 RATE = 600.0
 FINE = 20  # steps of Runge and Kutta per sample
 MASS, STIFFNESS, DAMPING = 1.0e-3, 1.0e-3 * (2.0 * math.pi * 40.0) ** 2, 0.02  # 15 samples per period, 8 % damped
 HARDENING = 5.0e6  # N/m^3
-MODEL = """
-[robot]
-name = "oscillator"
-gravity = [0, 0, 0]
-
-[parameters]
-m = "1.2 g"
-k = "50 N/m"
-b = "0.025 N s/m"
-
-[dh]
-rows = [[0, "q", 0, 0]]
-
-[[joint]]
-name = "arm"
-link = { mass = "m" }
-
-[[effect]]
-type = "viscous_friction"
-at = "arm"
-coefficient = "b"
-
-[[effect]]
-type = "linear_spring"
-at = "arm"
-stiffness = "k"
-"""
+SPRING = '\n[[effect]]\ntype = "linear_spring"\nat = "arm"\nstiffness = "k"\n'
+MODEL = (
+    SLIDE.replace("2.5 kg", "1.2 g").replace("1.5 N s/m", "0.025 N s/m").replace("[dh]", 'k = "50 N/m"\n\n[dh]')
+    + SPRING
+)
 
 
 @cache
