@@ -21,7 +21,16 @@ from symdyn.numeric.filtering.explain import (
     ready,
 )
 from symdyn.numeric.filtering.graduated import graduated
-from symdyn.numeric.filtering.judged import WORTH, Explanation, Step, explained, that_earns
+from symdyn.numeric.filtering.judged import (
+    WORTH,
+    Explanation,
+    Step,
+    explained,
+    heldout_p_value,
+    price,
+    tells_all,
+    that_earns,
+)
 from symdyn.numeric.filtering.late import absorbing
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
@@ -71,12 +80,29 @@ def astray(model: Model, current: Explanation) -> bool:
     return off(model, current, TWICE)
 
 
-def unburdened(model: Model, step: Step) -> Step:
-    """The step, fitted from where it stands without the unknown force, which is let in again; as it was, if likelier.
+def unburdened(
+    model: Model, current: Explanation, best: Step, tried: Sequence[Step], alarms: list[str]
+) -> tuple[Step, tuple[Step, ...]]:
+    """The likeliest step, and all that were tried, fitted on without the unknown force, which is let in again.
 
     A force that did an effect's work does not let go of it by small steps, and bends parameters beside it (an arm's
-    inertia by a tenth, 15 000 nats from where dry friction alone tells all).
+    inertia by a tenth, 15 000 nats from where dry friction alone tells all). What was behind ``best`` by less than
+    that brought, the same law at a neighbour's among it, is asked as well: only what was fitted alike can be compared.
     """
+    let_go = _let_go(model, current, best)
+    if let_go is best:
+        return best, tuple(tried)
+    brought = best.after.fit.loss - let_go.after.fit.loss
+    behind = [s for s in tried if s is not best and s.after.fit.loss < best.after.fit.loss + brought]
+    near = [s for s in behind if s.gain > WORTH + price(model, s.score.candidate)]
+    near = sorted(near, key=lambda s: s.after.fit.loss)[:TRIED]
+    others = side_by_side(lambda s: _let_go(model, current, s), near)
+    alike = dict(zip([best, *near], [let_go, *others], strict=True))
+    return that_earns(model, current, tuple(alike.values()), alarms) or let_go, tuple(alike.get(s, s) for s in tried)
+
+
+def _let_go(model: Model, current: Explanation, step: Step) -> Step:
+    """The step without the unknown force, which is let in again if something is left; as it was, if likelier."""
     after = step.after
     bench, beliefs = after.fit.bench, after.fit.beliefs
     if len(bench.noise.power) == bench.noise.inputs:
@@ -84,8 +110,11 @@ def unburdened(model: Model, step: Step) -> Step:
     quiet = fit(bench.with_noise(bench.noise.quiet), after.fit.p, beliefs, settled=ROUGH, most=ROUNDS)
     if quiet.loss > after.fit.loss - WORTH:
         return step
-    again = explained(model, after.found, beliefs, let_in(bench.noise, quiet, beliefs))
-    return replace(step, after=again, gain=step.gain + after.fit.loss - again.fit.loss)
+    again = explained(model, after.found, beliefs, fit(quiet.bench, quiet.p, beliefs))
+    if not tells_all(model, again):
+        again = explained(model, after.found, beliefs, let_in(bench.noise, quiet, beliefs))
+    gain = step.gain + after.fit.loss - again.fit.loss
+    return replace(step, after=again, gain=gain, p_value=heldout_p_value(current, again))
 
 
 def afresh(

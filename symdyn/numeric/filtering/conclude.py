@@ -51,7 +51,7 @@ def conclude(
     alarms: Sequence[str],
     names: tuple[str, str],
 ) -> Diagnosis:
-    """``robot`` is the model as given, ``as_given`` with every hypothesis; ``names``: of the two recordings."""
+    """``robot`` is the model as given, ``as_given`` the same for a filter; ``names``: of the two recordings."""
     diagnosed = specification(model, robot, final)
     compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
@@ -12,11 +13,13 @@ from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.explain import both, sampled, step, without_effect
 from symdyn.numeric.filtering.hypotheses import free_parameters
-from symdyn.numeric.filtering.judged import Explanation, earns, explained
-from symdyn.numeric.filtering.locate import locate
+from symdyn.numeric.filtering.judged import Explanation, earns, explained, tells_all
+from symdyn.numeric.filtering.likelihood import fit
+from symdyn.numeric.filtering.locate import Place, alone, locate
 from symdyn.numeric.filtering.memory import lasting
-from symdyn.numeric.filtering.model import Model, holding, prepare
+from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
 from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
+from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.filtering.simpler import simpler
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
@@ -27,6 +30,7 @@ Progress = Callable[[str], None]
 
 MAX_FINDINGS = 6
 LITTLE = 0.02  # of the error of the model as given: what laws that were found are off by themselves, where they turn
+FEW = 100  # samples that need every function of a kernel
 NEEDED = 5.0  # nats that an earlier finding must still bring beside the later ones
 
 
@@ -39,24 +43,31 @@ def diagnose_hidden(
     UsageError (SD010) when ``hold`` names a parameter that no fit moves.
     """
     held = held_parameters(robot, free_parameters(robot), hold)
-    progress(f"deriving and compiling {robot.name} with every hypothesis")
-    model = as_given = holding(prepare(robot, training, heldout), held)
-    none, places = locate(model, progress)
-    start = places[0].fit if places and places[0].gain > 0.0 else none
-    given = current = explained(model, (), model.beliefs, start)
+    progress(f"deriving and compiling {robot.name}")
+    bare = holding(_compiled(robot, training, heldout, only=("",)), held)
+    with ThreadPoolExecutor(1) as beside:  # a kernel with every hypothesis takes as long as the first fits without any
+        compiled = beside.submit(_compiled, robot, training, heldout)
+        given, places = _as_given(bare, progress)
+        progress(f"deriving and compiling {robot.name} with every hypothesis")
+        model = holding(compiled.result(), held)
+    p, bench = carried(model, given.fit.p, given.fit.bench)
+    current = explained(model, (), model.beliefs, fit(bench, p, model.beliefs, most=0))
     findings: list[Finding] = []
     alarms: list[str] = []
     recordings, asked, begun = (training, heldout), None, None
     while len(findings) < MAX_FINDINGS and current.heldout > min(NEGLIGIBLE, LITTLE * given.heldout):
-        current = sampled(model, current)
-        remembering = lasting(model, current)
-        best, tried = step(model, current, alarms, progress, max((each.beyond for each in remembering), default=0.0))
-        best = unburdened(model, best) if best is not None else None
-        if current.found != asked:  # begun with the model as given: what else was fitted meanwhile does not matter
+        doubt = not tells_all(model, current)
+        current = sampled(model, current) if doubt else current
+        remembering = lasting(model, current) if doubt else ()
+        rival = max((each.beyond for each in remembering), default=0.0)
+        best, tried = step(model, current, alarms, progress, rival, doubt)
+        if best is not None:
+            best, tried = unburdened(model, current, best, tried, alarms)
+        if current.found != asked and doubt:  # begun with the model as given, whatever was fitted meanwhile
             best, tried = loosened(model, current, best, tried, alarms, progress)
             asked = current.found
-        pair = both(model, current, tried, progress) if best is None else None
-        if best is None and pair is None:
+        pair = both(model, current, tried, progress) if best is None and doubt else None
+        if best is None and pair is None and doubt:
             again = relieved(model, current, progress) if current.found != begun else None
             begun = current.found  # it would begin there again
             if again is not None:
@@ -87,7 +98,29 @@ def diagnose_hidden(
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _simplified(model, current, findings, progress)
     current, findings = _reexamined(model, current, findings, alarms)
-    return conclude(model, as_given, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+    return conclude(model, bare, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+
+
+def _compiled(robot: Robot, training: Recording, heldout: Recording, only: Sequence[str] = ()) -> Model:
+    """The machine with hypotheses (``prepare``); its functions, which are compiled at their first use, have been."""
+    model = prepare(robot, training, heldout, only=only)
+    bench = model.bench(stretch(model.training, FEW), without_latent(model, model.training), False)
+    bench.filtered(model.values, tuple(model.beliefs))
+    return model
+
+
+def _as_given(model: Model, progress: Progress) -> tuple[Explanation, tuple[Place, ...]]:
+    """The model without any effect that is found, and where an unknown force would help it, best first.
+
+    No force is asked for where the model leaves nothing but noise.
+    """
+    first = alone(model, progress)
+    given = explained(model, (), model.beliefs, first)
+    if tells_all(model, given):
+        return explained(model, (), model.beliefs, fit(first.bench, first.p, model.beliefs)), ()
+    none, places = locate(model, first, progress)
+    start = places[0].fit if places[0].gain > 0.0 else none
+    return explained(model, (), model.beliefs, start), places
 
 
 def _simplified(

@@ -105,22 +105,24 @@ def remembered(of: Explanation) -> tuple[Candidate, ...]:
 
 
 def step(
-    model: Model, current: Explanation, alarms: list[str], progress: Progress, rival: float = 0.0
+    model: Model, current: Explanation, alarms: list[str], progress: Progress, rival: float = 0.0, doubt: bool = True
 ) -> tuple[Step | None, tuple[Step, ...]]:
     """The hypothesis that explains most of what is left, and all that were fitted; None where none earns its place.
 
-    ``rival``: nats that something else is expected to gain; what promises far less is not fitted.
+    ``rival``: nats that something else is expected to gain; what promises far less is not fitted. Without ``doubt``
+    that anything is left, only what promises its price is.
     """
     open_to_all = ready(model, current)
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), open_to_all, progress)
-    significant = [s for s in ranked if s.gain > WORTH and s.p_value * len(ranked) < LEVEL]
+    worth = [WORTH + (0.0 if doubt else price(model, s.candidate)) for s in ranked]
+    significant = [s for s, x in zip(ranked, worth, strict=True) if s.gain > x and s.p_value * len(ranked) < LEVEL]
     tried: tuple[Step, ...] = ()
     asked: list[Candidate] = []
     for _ in range(TURNS):
         open_ = [s for s in significant if s.candidate not in asked]
         least = PROMISING * max(rival, max((s.gain for s in open_), default=0.0))
         promising = [s for s in open_ if s.gain > least][:TRIED]
-        if set(absorbing(current)) & model.electrical:  # what hides there may be a delay: no slope shows it any more
+        if doubt and set(absorbing(current)) & model.electrical:  # it may hide a delay, which no slope shows any more
             late_ones = [s for s in ranked if s.candidate.effect == DELAY]
             promising += [s for s in late_ones if s not in promising and s.candidate not in asked]
         if not promising:
@@ -130,7 +132,7 @@ def step(
         best = that_earns(model, current, tried, alarms)
         if best is not None:
             return best, tried
-    if not _covers(current):
+    if not (doubt and _covers(current)):
         return None, tried
     uncovered = _uncovered(current, [c for c in open_to_all if c not in asked], progress)
     tried = (*tried, *fitted(model, current, uncovered, progress))

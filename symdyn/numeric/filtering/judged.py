@@ -15,7 +15,7 @@ from symdyn.numeric.filtering.likelihood import MLFit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.score import Score
-from symdyn.numeric.filtering.windows import free_runs, overall, relative_errors, sizes
+from symdyn.numeric.filtering.windows import free_runs, noise_alone, overall, relative_errors, sizes
 from symdyn.numeric.regression import encompassing, long_run_covariance
 from symdyn.physics import catalogue
 
@@ -89,6 +89,12 @@ def that_earns(
             return each
         alarms.append(f"{label} {shortfall}")
     return None
+
+
+def tells_all(model: Model, current: Explanation) -> bool:
+    """Whether free runs, held out, are off by so little that sensors' noise leaves no effect room to earn its place."""
+    floor = overall(noise_alone(model.heldout, current.fit.bench.noise.r))
+    return (1.0 - EARNS) * current.heldout < floor
 
 
 def contains(wide: Score, less: Score) -> bool:

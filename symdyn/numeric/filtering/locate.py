@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, natural_force, with_latent, without_latent
 from symdyn.numeric.filtering.places import Latent
+from symdyn.numeric.filtering.side_by_side import side_by_side
+from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
@@ -22,6 +25,8 @@ Array = NDArray[np.float64]
 POWERS = np.logspace(-5, 1, 7)  # of a latent force, relative to what moves the machine: where its fit starts
 ROUGH, ROUNDS = 2.0, 15  # nats and rounds of a fit that only locates
 TOGETHER = 5.0  # nats: what is closer than this is not told apart (odds of 150 to 1 would tell it)
+TWO = 2  # forces that are tried next to each other, from where the likeliest so far led
+FEWEST, SWINGS = 2000, 4.0  # samples of a stretch that is looked at first, and times its hidden parts must settle
 FEW = 4  # rounds that tell whether an input is held, or that a force is none of the likeliest
 NEAR = 200.0  # nats behind the best: forces that are fitted further
 APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
@@ -42,28 +47,60 @@ class Place:
         return np.asarray(-0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1))
 
 
-def locate(model: Model, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
-    """The model without any unknown force, fitted, and with one at each place, best first."""
-    fits: list[tuple[Latent, MLFit]] = []
-    p, held, noise = model.values, False, without_latent(model, model.training)
-    for latent in model.latents:
-        progress(f"an unknown force at {latent.place}")
-        if not fits:  # whether inputs are held between samples, or go straight: what the innovations say
-            ways = [_fitted(model, latent, p, noise, way, FEW) for way in (False, True)]
-            likeliest = min((*ways, *_without(model, noise)), key=lambda each: each.loss)
-            p, noise, held = likeliest.p, likeliest.bench.noise, likeliest.bench.held
-        fits.append((latent, _fitted(model, latent, p, noise, held, ROUNDS if not fits else FEW)))
+def alone(model: Model, progress: Callable[[str], None]) -> MLFit:
+    """The model without any unknown force, its inputs held between samples or going straight: what is likelier."""
+    progress("the model as given")
+    part = _brief(model)
+    noise = without_latent(model, part.training)
+    bench, near = graduated(part, part.bench(part.training, noise, True), model.values, model.beliefs)
+    ways = side_by_side(lambda held: _closer(bench.with_inputs(held), near, model), (False, True))
+    return _whole(model, min(ways, key=lambda each: each.loss))
+
+
+def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[MLFit, tuple[Place, ...]]:
+    """The model without any unknown force, fitted (``none``: a first fit), and with one at each place, best first.
+
+    All are fitted to a stretch of the recording first, and the likeliest then to all of it.
+    """
+    part, first = _brief(model), model.latents[0]
+    noise = without_latent(model, part.training)
+    progress(f"an unknown force at {first.place}")
+    ways = side_by_side(lambda held: _fitted(part, first, model.values, noise, held, FEW), (False, True))
+    begun = part.bench(part.training, none.bench.noise, none.bench.held).filtered(none.p).loss
+    best = min(ways, key=lambda each: each.loss)
+    p, noise, held = best.p, best.bench.noise, best.bench.held
+    if begun < best.loss:
+        p, noise, held = none.p, none.bench.noise, none.bench.held
+    best = _fitted(part, first, p, noise, held, ROUNDS)
+    fits = [(first, best)]
+    for i in range(1, len(model.latents), TWO):
+        two = model.latents[i : i + TWO]
+        progress(f"an unknown force at {' and at '.join(latent.place for latent in two)}")
+        begin = partial(_fitted, part, p=best.p, noise=best.bench.noise, held=held, most=FEW)
+        fits += zip(two, side_by_side(begin, two), strict=True)
         best = min(fits, key=lambda item: item[1].loss)[1]
-        p, noise = best.p, best.bench.noise
-    for i, (latent, rough) in enumerate(fits):
-        if rough.loss - best.loss < NEAR:
-            progress(f"an unknown force at {latent.place}, closer")
-            fits[i] = latent, _closer(rough.bench, rough, model)
-    progress("no unknown force")
-    best = min(fits, key=lambda item: item[1].loss)[1]
-    none = _closer(best.bench.with_noise(best.bench.noise.quiet), best, model)
-    places = tuple(Place(latent, done, none.loss - done.loss) for latent, done in fits)
+    least = best.loss + NEAR * len(part.training.y) / len(model.training.y)
+    progress("the likeliest of these places, closer; and no unknown force")
+    whole = side_by_side(lambda rough: _whole(model, rough, ROUNDS if rough.loss < least else 0), [f for _, f in fits])
+    best = min(whole, key=lambda each: each.loss)
+    again = _closer(best.bench.with_noise(best.bench.noise.quiet), best.p, model)
+    none = min(none, again, key=lambda each: each.loss)
+    places = tuple(Place(latent, f, none.loss - f.loss) for latent, f in zip(model.latents, whole, strict=True))
     return none, tuple(sorted(places, key=lambda place: -place.gain))
+
+
+def _brief(model: Model) -> Model:
+    """The same on a stretch of what it is fitted to, long enough for its slowest swings."""
+    signals = model.training
+    bench = model.bench(signals, without_latent(model, signals), False)
+    count = max(FEWEST, math.ceil(SWINGS * bench.settling / float(np.nanmedian(signals.steps))))
+    return replace(model, training=stretch(signals, count))
+
+
+def _whole(model: Model, rough: MLFit, most: int = ROUNDS) -> MLFit:
+    """The fit, going on with all of the recording for some rounds; none: as it is."""
+    bench = model.bench(model.training, rough.bench.noise, rough.bench.held)
+    return fit(bench, rough.p, model.beliefs, settled=ROUGH, most=most)
 
 
 def together(place: Place, places: Sequence[Place]) -> tuple[str, ...]:
@@ -83,19 +120,13 @@ def certainly_apart(first: Array, second: Array) -> bool:
     return abs(mean) > APART * spread
 
 
-def _without(model: Model, noise: Noise) -> list[MLFit]:
-    """Fits without an unknown force, of inputs that go straight or are held, from where many forces led to."""
-    bench, near = graduated(model, model.bench(model.training, noise, True), model.values, model.beliefs)
-    return [fit(bench.with_inputs(held), near, model.beliefs, settled=ROUGH, most=ROUNDS) for held in (False, True)]
-
-
-def _closer(bench: FilterBench, start: MLFit, model: Model) -> MLFit:
-    return fit(bench, start.p, model.beliefs, settled=ROUGH, most=ROUNDS)
+def _closer(bench: FilterBench, p: Array, model: Model) -> MLFit:
+    return fit(bench, p, model.beliefs, settled=ROUGH, most=ROUNDS)
 
 
 def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool, most: int = ROUNDS) -> MLFit:
     bench = model.bench(model.training, noise, held)
     powers = natural_force(model, model.training, latent.direction) ** 2 * POWERS
     trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
-    losses = [trial.filtered(p).loss for trial in trials]
+    losses = side_by_side(lambda trial: trial.filtered(p).loss, trials)
     return fit(trials[int(np.argmin(losses))], p, model.beliefs, settled=ROUGH, most=most)

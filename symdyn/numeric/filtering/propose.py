@@ -21,15 +21,16 @@ from symdyn.numeric.filtering.judged import (
     heldout_p_value,
     improves,
     price,
+    simplest,
 )
 from symdyn.numeric.filtering.lag import LAG, late_sensors, with_lag
 from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis, with_memory
 from symdyn.numeric.filtering.model import Freed, Model
 from symdyn.numeric.filtering.places import same_place
+from symdyn.numeric.filtering.stiff import beyond_sampling, resonance, rigid_with
 from symdyn.numeric.filtering.structure import (
     EFFECT,
     TITLE,
-    resonance,
     rigid_joints,
     with_shaft,
     without_shaft,
@@ -42,7 +43,6 @@ from symdyn.physics import catalogue
 Progress = Callable[[str], None]
 Recordings = tuple[Recording, Recording]
 
-NYQUIST = 0.5  # periods per sample
 PLACES = 2  # of a group, at which laws that remember are fitted
 LIKELY = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
 
@@ -133,9 +133,10 @@ def _remembering(
         if each.beyond < least or each.gain < (LIKELY * best.score.gain if best else 0.0):
             continue
         tried = with_memory(model, current, each, recordings, progress)
-        good = tuple((trial, step) for trial, step in tried if _earns(trial, current, step, best))
+        good = [(trial, step) for trial, step in tried if _earns(trial, current, step, best)]
         if good:
-            return good
+            chosen = simplest(good[0][1], [step for _, step in good])
+            return tuple(sorted(good, key=lambda each: each[1] is not chosen))
     return None
 
 
@@ -184,7 +185,7 @@ def _freed(
 
 def _too_fast(model: Model, new: Freed, of: Explanation) -> bool:
     """Whether a shaft is as good as rigid at this sampling rate: it fits something else."""
-    return resonance(model, new, of.fit) * float(np.nanmedian(model.training.steps)) > NYQUIST
+    return beyond_sampling(model, resonance(model, of.fit, new.joint, f"{new.joint}.{new.rotor}"))
 
 
 def stiffened(
@@ -231,6 +232,7 @@ def finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, 
     tried = tuple(s for s in tried if (s.score.candidate.effect, s.score.candidate.place.address) != own)
     same = alike(chosen, tried)
     elsewhere = [s.score.candidate.place.address for s in same if s.score.candidate.effect == candidate.effect]
+    elsewhere += rigid_with(model, chosen.after, candidate.place.address, candidate.effect)
     rivals = tuple(
         Rival(s.score.candidate.effect, s.score.candidate.place.address, s.p_value)
         for s in same

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.decomposition import least_squares, svd
 from symdyn.numeric.filtering.bench import FilterBench, Pass
 from symdyn.numeric.filtering.hypotheses import shape_values
+from symdyn.numeric.filtering.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -64,11 +66,10 @@ def scores(
     best: dict[str, Score] = {}
     left = Left.of(bench, p, own)
     progress(f"{len(proposed)} hypotheses in {sum(tests.values())} shapes")
-    for members in runs:
-        for score in _at(bench, p, members, tests, left):
-            label = score.candidate.label
-            if label not in best or score.gain > best[label].gain:
-                best[label] = score
+    for score in chain.from_iterable(side_by_side(lambda members: _at(bench, p, members, tests, left), runs)):
+        label = score.candidate.label
+        if label not in best or score.gain > best[label].gain:
+            best[label] = score
     return sorted(best.values(), key=lambda s: (-s.gain, s.candidate.label))
 
 

@@ -99,6 +99,21 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
     )  # fmt: skip
 
 
+def stretch(signals: Signals, count: int) -> Signals:
+    """The ``count`` samples in a row in which the channels move most; all, if there are not twice as many."""
+    if len(signals.y) < 2 * count:
+        return signals
+    way = np.abs(np.diff(signals.y, axis=0, prepend=signals.y[:1]))
+    size = np.nanstd(signals.y, axis=0)
+    moved = np.nansum(way / np.where(size > 0, size, 1.0), axis=1)
+    within = np.convolve(moved, np.ones(count), mode="valid")
+    first = int(np.argmax(within))
+    part = slice(first, first + count)
+    steps = signals.steps[part].copy()
+    steps[-1] = np.nan
+    return replace(signals, time=signals.time[part], u=signals.u[part], y=signals.y[part], steps=steps)
+
+
 def opening(signals: Signals, position: Array, span: float) -> tuple[float, float]:
     """Speed and acceleration as a position (N,) begins, by a parabola over ``span`` s; 0 where it begins with a gap."""
     parted = np.flatnonzero(np.isnan(signals.steps[:-1]))

@@ -13,7 +13,7 @@ from symdyn.numeric.filtering.beliefs import untold
 from symdyn.numeric.filtering.explain import remembered
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.judged import Explanation, explained
-from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.locate import POWERS
 from symdyn.numeric.filtering.model import (
     Freed,
@@ -33,7 +33,6 @@ EFFECT, TITLE = "joint_compliance", "compliance of the transmission"
 SHAFT = "transmission"
 STARTS = 8  # resonances that are tried, evenly on a logarithmic scale
 FEW = 8  # rounds of a fit from each of them
-TWISTED = 1e-6  # rad between any two ends, or m
 LIGHT = 0.05  # damping ratio that a fit starts from
 
 
@@ -125,19 +124,6 @@ def without_shaft(
     beliefs = {name: belief for name, belief in current.beliefs.items() if name not in own}
     rigid = replace(rigid, beliefs={name: belief for name, belief in model.beliefs.items() if name not in own})
     return rigid, explained(rigid, current.found, beliefs, fit(bench, p, beliefs))
-
-
-def resonance(model: Model, new: Freed, fitted: MLFit) -> float:
-    """Hz, undamped, of a rotor that was freed against its joint."""
-    kernel = model.kernel
-    n = len(kernel.coordinates)
-    x = np.ones(len(kernel.states))  # in motion: friction does not turn
-    x[:n] = TWISTED * np.pi ** np.arange(n)  # where a spring with a gap of no width is one
-    p = fitted.p[: len(kernel.parameters)]
-    slope = np.asarray(kernel.state_derivative_state_jacobian_p(x, np.zeros(len(kernel.inputs)), p))
-    ends = [kernel.coordinates.index(at) for at in (new.joint, f"{new.joint}.{new.rotor}")]
-    springs = slope[n : 2 * n, :n][np.ix_(ends, ends)]
-    return math.sqrt(max(0.0, float(-np.linalg.eigvals(springs).real.min()))) / (2.0 * math.pi)
 
 
 def _flexible(robot: Robot, joint: Joint) -> tuple[Robot, Freed]:

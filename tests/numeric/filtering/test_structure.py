@@ -13,7 +13,8 @@ from symdyn.numeric.filtering.judged import explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.numeric.filtering.propose import finding
-from symdyn.numeric.filtering.structure import EFFECT, TITLE, resonance, with_shaft
+from symdyn.numeric.filtering.stiff import resonance
+from symdyn.numeric.filtering.structure import EFFECT, TITLE, with_shaft
 from symdyn.numeric.findings import Finding
 from symdyn.spec.records import Robot
 from tests.numeric.filtering.drive import record
@@ -29,7 +30,7 @@ def test_a_shaft_that_friction_explains_is_taken_out_again(robot: Robot, tmp_pat
     flexible, after = with_shaft(model.robot, model.robot.joints[0], (), (), given, runs, print)
     k, j_m, j_l = (after.fit.p[after.fit.bench.index[n]] for n in ("axis_transmission_stiffness", "J_m", "J_l"))
     free = math.sqrt(k * (1.0 / j_m + 1.0 / j_l)) / (2.0 * math.pi)
-    assert resonance(flexible, flexible.freed[0], after.fit) == pytest.approx(free, rel=1e-9)
+    assert resonance(flexible, after.fit, "axis", "axis.motor") == pytest.approx(free, rel=1e-9)
     told = Finding(EFFECT, TITLE, "axis", {}, given.heldout, after.heldout, 0.0, (), group=("axis", "axis.motor"))
     best, tried = step(flexible, after, alarms, print)
     assert best is not None
