@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.kinks import FINEST, KINK, RUNGS, bent, reach
+from symdyn.numeric.filtering.kinks import FINEST, HASTY, KINK, PATIENCE, RUNGS, bent, reach
 from symdyn.numeric.filtering.transition import HALVES, carry, product, room, transition
 from symdyn.numeric.hybrid.compiled import compiled
 
@@ -214,7 +214,7 @@ def run(  # type: ignore[no-untyped-def]
             continue
         whole, part, length = steps[k] / substeps, 0, FINEST
         control[:] = u[k]
-        unchanged, kinked = True, False
+        unchanged, kinked, pieces = True, False, 0
         while part < substeps * FINEST:
             f(x[0], control, p, rate)
             f_x(x[0], control, p, by_x)
@@ -230,7 +230,7 @@ def run(  # type: ignore[no-untyped-def]
                     push[i] += force[i, j] * w[0, j]
             left = FINEST - part % FINEST
             if left == FINEST:  # a kink on the way (friction turns, a flank touches) shows in the rate at the end
-                length = FINEST
+                length, pieces = FINEST, 0
                 for i in range(n):
                     usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
                 if not same:
@@ -254,7 +254,9 @@ def run(  # type: ignore[no-untyped-def]
                 length, built = reach(
                     f, f_x, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, ladder, built,
                     change, integral, ramp, usual, there, ahead, arrived, by_x, term, space, halves,
+                    HASTY if pieces >= PATIENCE else 0,
                 )  # fmt: skip
+                pieces += 1
             part += length
             h = whole * (length / FINEST)
             if not same:

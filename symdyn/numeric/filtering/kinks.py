@@ -17,6 +17,7 @@ KINK = 0.005  # of a usual rate: what the slope at the start of a step does not 
 FINE = 8  # pieces of a step with a kink in it may each be off by this part of what a step may
 FINEST = 1024  # pieces of a step, at most
 RUNGS = 11  # lengths of pieces: 1, 2, 4, ..., FINEST
+PATIENCE, HASTY = 64, 4  # pieces of one step, after which none is shorter than 2**HASTY: what chatters is not followed
 
 
 @compiled
@@ -83,8 +84,11 @@ def reach(
     f: Rate, f_x: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, na: int,
     whole: float, left: int, ramped: bool, ladder: Array, built: int, change: Array, integral: Array, ramp: Array,
     usual: Array, there: Array, ahead: Array, arrived: Array, by_x: Array, term: Array, space: Array, halves: Array,
+    first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., or all ``left``.
+
+    No fewer than 2**``first``, unless fewer are left.
 
     ``change``, ``integral`` and ``ramp`` get what ``transition`` gives for that far. The shorter a piece, the more its
     rate may be off: what it does to the state counts. ``ladder`` (RUNGS, 3, n, n) holds those of all lengths, the first
@@ -100,6 +104,9 @@ def reach(
             ladder[built] = ladder[rung]
             double(ladder[built, 0], ladder[built, 1], ladder[built, 2], na, ramped, space)
             built += 1
+        if rung < first:
+            length, rung = 2 * length, rung + 1
+            continue
         h, after = whole * (2 * length / FINEST), ladder[rung + 1, 1]
         if bent(
             f, f_x, x, u, slope_u, p, rate, push, a, after, h, limit / (2 * length), True, usual,
@@ -115,11 +122,12 @@ def reach(
             there, ahead, arrived, by_x,
         ):  # fmt: skip
             return left, built
-    if length == 1:
-        h, after = whole / FINEST, ladder[0, 1]
+    if rung <= first:
+        h, after = whole * (length / FINEST), ladder[rung, 1]
         if bent(f, f_x, x, u, slope_u, p, rate, push, a, after, h, KINK, True, usual, there, ahead, arrived, by_x):
             stiffen(a, x, there, rate, arrived, ahead, u)
-            transition(a, na, h, ramped, ladder[0, 0], ladder[0, 1], ladder[0, 2], term, space, halves)
+            own = ladder[rung]
+            transition(a, na, h, ramped, own[0], own[1], own[2], term, space, halves)
             built = 0
     change[:], integral[:], ramp[:] = ladder[rung, 0], ladder[rung, 1], ladder[rung, 2]
     return length, built
