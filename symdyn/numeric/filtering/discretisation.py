@@ -20,6 +20,8 @@ def with_discretisation(coarse: MLFit) -> MLFit:
 
     They go a little: two steps of a fit, beside noise as it is, are as good as all.
     """
+    if not coarse.names:
+        return coarse
     finer, index, beliefs = coarse.bench.in_steps(FINER), coarse.bench.index, coarse.beliefs
     at = At(coarse.p, finer.filtered(coarse.p).loss + penalty(coarse.p, index, beliefs))
     for _ in range(STEPS):
