@@ -66,12 +66,9 @@ def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[
     noise = without_latent(model, part.training)
     progress(f"an unknown force at {first.place}")
     ways = side_by_side(lambda held: _fitted(part, first, model.values, noise, held, FEW), (False, True))
-    begun = part.bench(part.training, none.bench.noise, none.bench.held).filtered(none.p).loss
-    best = min(ways, key=lambda each: each.loss)
-    p, noise, held = best.p, best.bench.noise, best.bench.held
-    if begun < best.loss:
-        p, noise, held = none.p, none.bench.noise, none.bench.held
-    best = _fitted(part, first, p, noise, held, ROUNDS)
+    likeliest = min((_whole(part, none, 0), *ways), key=lambda each: each.loss)
+    held = likeliest.bench.held
+    best = _fitted(part, first, likeliest.p, likeliest.bench.noise, held, ROUNDS)
     fits = [(first, best)]
     for i in range(1, len(model.latents), TWO):
         two = model.latents[i : i + TWO]
@@ -98,7 +95,7 @@ def _brief(model: Model) -> Model:
 
 
 def _whole(model: Model, rough: MLFit, most: int = ROUNDS) -> MLFit:
-    """The fit, going on with all of the recording for some rounds; none: as it is."""
+    """The fit, going on with all of what ``model`` is fitted to for some rounds; none: as it is."""
     bench = model.bench(model.training, rough.bench.noise, rough.bench.held)
     return fit(bench, rough.p, model.beliefs, settled=ROUGH, most=most)
 
