@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symdyn.numeric.recording import ChannelKey
 from symdyn.spec.monomials import value_of
-from symdyn.spec.records import Joint, Monomial, Robot, Side
+from symdyn.spec.records import JOINT_END, Joint, Monomial, Robot, Side
 
 TACHOMETER = "tachometer"
 
@@ -53,6 +53,12 @@ def turns_with_joint(joint: Joint, address: str) -> bool:
     """Whether it is the address of a rotor that has no coordinate of its own."""
     rotors = joint.drive.rotors if joint.drive is not None else ()
     return any(r.fixed_to_joint and address == f"{joint.name}.{r.name}" for r in rotors)
+
+
+def shaft_end(joint: Joint, end: str) -> str:
+    """The coordinate that an end of a shaft turns with, its name in the drive given: the joint's, or a rotor's own."""
+    at = f"{joint.name}.{end}"
+    return joint.name if end == JOINT_END or turns_with_joint(joint, at) else at
 
 
 def motor_rotor(joint: Joint) -> str | None:

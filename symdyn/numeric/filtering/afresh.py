@@ -26,6 +26,7 @@ from symdyn.numeric.filtering.judged import (
     Explanation,
     Step,
     explained,
+    floor,
     heldout_p_value,
     price,
     tells_all,
@@ -36,7 +37,7 @@ from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
-from symdyn.numeric.filtering.windows import NEGLIGIBLE, SHARE, beyond, noise_alone, overall
+from symdyn.numeric.filtering.windows import NEGLIGIBLE, SHARE, beyond
 
 Array = NDArray[np.float64]
 
@@ -155,7 +156,7 @@ def off(model: Model, current: Explanation, share: float = SHARE) -> bool:
     """Whether free runs, held out, are off by more than the noise of the sensors, and by anything to speak of."""
     return (
         current.heldout > NEGLIGIBLE
-        and beyond(current.heldout, overall(noise_alone(model.heldout, current.fit.bench.noise.r))) > share
+        and beyond(current.heldout, floor(model, current)) > share
     )
 
 

@@ -91,10 +91,14 @@ def that_earns(
     return None
 
 
+def floor(model: Model, of: Explanation) -> float:
+    """What the sensors' noise alone would leave of the held-out free-run error."""
+    return overall(noise_alone(model.heldout, of.fit.bench.noise.r))
+
+
 def tells_all(model: Model, current: Explanation) -> bool:
     """Whether free runs, held out, are off by so little that sensors' noise leaves no effect room to earn its place."""
-    floor = overall(noise_alone(model.heldout, current.fit.bench.noise.r))
-    return (1.0 - EARNS) * current.heldout < floor
+    return (1.0 - EARNS) * current.heldout < floor(model, current)
 
 
 def contains(wide: Score, less: Score) -> bool:

@@ -69,16 +69,16 @@ def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[
     likeliest = min((_whole(part, none, 0), *ways), key=lambda each: each.loss)
     held = likeliest.bench.held
     best = _fitted(part, first, likeliest.p, likeliest.bench.noise, held, ROUNDS)
-    fits = [(first, best)]
+    fits = [best]
     for i in range(1, len(model.latents), TWO):
         two = model.latents[i : i + TWO]
         progress(f"an unknown force at {' and at '.join(latent.place for latent in two)}")
         begin = partial(_fitted, part, p=best.p, noise=best.bench.noise, held=held, most=FEW)
-        fits += zip(two, side_by_side(begin, two), strict=True)
-        best = min(fits, key=lambda item: item[1].loss)[1]
+        fits += side_by_side(begin, two)
+        best = min(fits, key=lambda each: each.loss)
     least = best.loss + NEAR * len(part.training.y) / len(model.training.y)
     progress("the likeliest of these places, closer; and no unknown force")
-    whole = side_by_side(lambda rough: _whole(model, rough, ROUNDS if rough.loss < least else 0), [f for _, f in fits])
+    whole = side_by_side(lambda rough: _whole(model, rough, ROUNDS if rough.loss < least else 0), fits)
     best = min(whole, key=lambda each: each.loss)
     again = _closer(best.bench.with_noise(best.bench.noise.quiet), best.p, model)
     none = min(none, again, key=lambda each: each.loss)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.gearing import gear_ratio
+from symdyn.numeric.gearing import gear_ratio, shaft_end
 from symdyn.spec.places import joint_places
 from symdyn.spec.records import Drive, Joint, PlaceKind, Robot
 
@@ -69,11 +69,10 @@ def _couple(
     out: Array,
 ) -> None:
     shaft = next(s for s in drive.shafts if address == f"{joint.name}.{s.name}")
-    fixed = {rotor.name for rotor in drive.rotors if rotor.fixed_to_joint} | {"joint"}
     for end, sign in ((shaft.start, -1.0), (shaft.end, 1.0)):
-        at = joint.name if end in fixed else f"{joint.name}.{end}"
+        at = shaft_end(joint, end)
         if at in pushes:
-            out[index[pushes[at]]] += sign * (ratio if end in fixed else 1.0)
+            out[index[pushes[at]]] += sign * (ratio if at == joint.name else 1.0)
 
 
 def same_place(robot: Robot, address: str) -> tuple[str, ...]:

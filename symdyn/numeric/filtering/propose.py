@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.numeric.filtering.conclude import estimate, noise_floor, parameters
+from symdyn.numeric.filtering.conclude import estimate, parameters
 from symdyn.numeric.filtering.explain import step
 from symdyn.numeric.filtering.judged import (
     ABOUT,
@@ -18,6 +18,7 @@ from symdyn.numeric.filtering.judged import (
     Step,
     alike,
     certain,
+    floor,
     heldout_p_value,
     improves,
     price,
@@ -75,12 +76,12 @@ def restructured(
     if lagging is not None:
         return lagging
     so_far = best.after if best else current
-    if so_far.heldout < (1.0 + ABOUT) * noise_floor(model, so_far.fit).errors.heldout:
+    if so_far.heldout < (1.0 + ABOUT) * floor(model, so_far):
         return None  # nothing is left but the noise of the sensors
     tried = _remembering(model, current, best, remembering, recordings, progress)
     if tried is not None:
         chosen = tried[0][1]
-        if chosen.after.heldout < (1.0 + ABOUT) * noise_floor(model, chosen.after.fit).errors.heldout:
+        if chosen.after.heldout < (1.0 + ABOUT) * floor(model, chosen.after):
             return _with_law(model, current, tried, recordings, progress)
     owner, rival = tried[0] if tried else (model, best)
     freed = _freed(model, current, owner, rival, recordings, progress)

@@ -9,9 +9,10 @@ import numpy as np
 from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.likelihood import MLFit
 from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.gearing import shaft_end
 from symdyn.physics import catalogue, with_play
 from symdyn.spec.places import places
-from symdyn.spec.records import JOINT_END, Drive, Joint
+from symdyn.spec.records import Joint
 
 NYQUIST = 0.5  # periods per sample
 TWISTED = 1e-6  # rad between any two ends, or m
@@ -60,14 +61,6 @@ def rigid_with(model: Model, of: Explanation, place: str, effect: str) -> tuple[
 
 def _coupled(joint: Joint, loose: set[str]) -> list[tuple[str, str]]:
     """Coordinates at the two ends of each shaft of a drive that has no play."""
-    if joint.drive is None:
-        return []
-    shafts = [shaft for shaft in joint.drive.shafts if f"{joint.name}.{shaft.name}" not in loose]
-    return [
-        (_coordinate(joint, joint.drive, shaft.start), _coordinate(joint, joint.drive, shaft.end)) for shaft in shafts
-    ]
-
-
-def _coordinate(joint: Joint, drive: Drive, end: str) -> str:
-    fixed = {rotor.name for rotor in drive.rotors if rotor.fixed_to_joint}
-    return joint.name if end == JOINT_END or end in fixed else f"{joint.name}.{end}"
+    shafts = joint.drive.shafts if joint.drive else ()
+    stiff = [shaft for shaft in shafts if f"{joint.name}.{shaft.name}" not in loose]
+    return [(shaft_end(joint, shaft.start), shaft_end(joint, shaft.end)) for shaft in stiff]

@@ -24,7 +24,7 @@ def slope(x: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
 
 
 def reached(speed: float, left: int, first: int) -> tuple[int, float, float]:
-    """How far from there, the largest of the exponential's entries, and the slope that it was made with."""
+    """How far from there, by how much a speed changes on the way (less 1), and the slope that this was made with."""
     x, u, p = np.array([speed]), np.array([10.0]), np.zeros(1)
     here, by_x = np.zeros(1), np.zeros((1, 1))
     rate(x, u, p, here)
