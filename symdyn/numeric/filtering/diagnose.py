@@ -13,14 +13,16 @@ from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.explain import both, sampled, step, without_effect
 from symdyn.numeric.filtering.hypotheses import free_parameters
-from symdyn.numeric.filtering.judged import Explanation, earns, explained, tells_all
+from symdyn.numeric.filtering.judged import Explanation, certain, earns, explained, tells_all
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.locate import Place, alone, locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
-from symdyn.numeric.filtering.propose import finding, of_structure, restructured, stiffened
+from symdyn.numeric.filtering.propose import as_fitted, of_structure, promises_most, restructured, stiffened
+from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, tell_all
 from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.filtering.simpler import simpler
+from symdyn.numeric.filtering.telling import finding
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.verdict import NEGLIGIBLE
@@ -63,11 +65,16 @@ def diagnose_hidden(
         best, tried = step(model, current, alarms, progress, rival, doubt)
         if best is not None:
             best, tried = unburdened(model, current, best, tried, alarms)
-        if current.found != asked and doubt:  # begun with the model as given, whatever was fitted meanwhile
+        laws: Laws = ()
+        if current.found != asked and promises_most(model, current, best, remembering):
+            laws = laws_with_memory(model, current, best, remembering, recordings, progress)
+            remembering = ()
+        search = doubt and not tell_all(laws)
+        if current.found != asked and search:  # begun with the model as given, whatever was fitted meanwhile
             best, tried = loosened(model, current, best, tried, alarms, progress)
-            asked = current.found
-        pair = both(model, current, tried, progress) if best is None and doubt else None
-        if best is None and pair is None and doubt:
+        asked = current.found
+        pair = both(model, current, tried, progress) if best is None and search else None
+        if best is None and pair is None and search:
             again = relieved(model, current, progress) if current.found != begun else None
             begun = current.found  # it would begin there again
             if again is not None:
@@ -76,10 +83,13 @@ def diagnose_hidden(
             best, more = afresh(model, current, alarms, progress)
             tried = (*tried, *more)
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
-        change = restructured(model, current, so_far, remembering, recordings, progress)
+        change = restructured(model, current, so_far, laws, remembering, recordings, progress)
         if change is not None:
             model, current, new = change.model, change.after, change.finding
-            findings = [*(f for f in findings if change.keeps(f)), new]
+            if astray(model, current):
+                current, begun = relieved(model, current, progress) or current, current.found
+            asked = None  # there may be play where a part is new
+            findings = [*(f for f in findings if change.keeps(f)), replace(new, heldout_after=current.heldout)]
         elif pair is not None:
             findings.append(finding(model, current, pair[0], pair))
             findings.append(finding(model, pair[0].after, pair[1], pair))
@@ -142,19 +152,23 @@ def _simplified(
 def _reexamined(
     model: Model, current: Explanation, findings: list[Finding], alarms: list[str]
 ) -> tuple[Explanation, list[Finding]]:
-    """Earlier findings that later ones made needless are taken out again; the rest get their final values."""
-    for item in current.found[:-1]:
+    """Findings that the others made needless are taken out again; the rest get their final values."""
+    found = current.found
+    sure = bool(found) and certain(model, current, found[-1][0])  # all that was fitted since may have made it nothing
+    for item in found[:-1] if sure else found:
         candidate = item[0]
         if any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found):
             continue
         without = without_effect(model, current, item)
         if without.fit.loss - current.fit.loss < NEEDED or not earns(model, without, current, candidate):
-            alarms.append(f"{candidate.label} was taken out again: later findings explain it better")
+            alarms.append(f"{candidate.label} was taken out again: the others explain as much without it")
             current = without
     current = replace(current, fit=with_discretisation(current.fit))
     kept = {(c.effect, c.place.address): c for c, _ in current.found}
     return current, [
-        f if of_structure(model, f) else replace(f, parameters=parameters(model, current, kept[f.effect, f.place]))
+        as_fitted(model, current, f)
+        if of_structure(model, f)
+        else replace(f, parameters=parameters(model, current, kept[f.effect, f.place]))
         for f in findings
         if (f.effect, f.place) in kept or of_structure(model, f)
     ]

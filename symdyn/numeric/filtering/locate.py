@@ -50,7 +50,7 @@ class Place:
 def alone(model: Model, progress: Callable[[str], None]) -> MLFit:
     """The model without any unknown force, its inputs held between samples or going straight: what is likelier."""
     progress("the model as given")
-    part = _brief(model)
+    part = brief(model)
     noise = without_latent(model, part.training)
     bench, near = graduated(part, part.bench(part.training, noise, True), model.values, model.beliefs)
     ways = side_by_side(lambda held: _closer(bench.with_inputs(held), near, model), (False, True))
@@ -62,7 +62,7 @@ def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[
 
     All are fitted to a stretch of the recording first, and the likeliest then to all of it.
     """
-    part, first = _brief(model), model.latents[0]
+    part, first = brief(model), model.latents[0]
     noise = without_latent(model, part.training)
     progress(f"an unknown force at {first.place}")
     ways = side_by_side(lambda held: _fitted(part, first, model.values, noise, held, FEW), (False, True))
@@ -86,7 +86,7 @@ def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[
     return none, tuple(sorted(places, key=lambda place: -place.gain))
 
 
-def _brief(model: Model) -> Model:
+def brief(model: Model) -> Model:
     """The same on a stretch of what it is fitted to, long enough for its slowest swings."""
     signals = model.training
     bench = model.bench(signals, without_latent(model, signals), False)

@@ -19,6 +19,7 @@ from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, carried, prepare
 from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.filtering.score import Left, Score, whitened
+from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.signals import Signals
 from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.recording import Recording
@@ -145,29 +146,37 @@ def with_memory(
     progress: Callable[[str], None],
 ) -> tuple[tuple[Model, Step], ...]:
     """Every law that remembers so at that place, fitted in full, best first (BIC)."""
-    tried: list[tuple[Model, Step]] = []
     contained = without_memory(loop.laws)
     kept = tuple(
         item
         for item in current.found
         if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
-    start: tuple[float, ...] = (loop.level, *loop.shape)
-    speed = _top_speed(current, loop)
+    speed, only = _top_speed(current, loop), tuple(c.label for c, _ in kept) or ("",)
+    trials: list[tuple[Model, Candidate]] = []
     for law in memories(model.robot, loop.latent.place, loop.laws):
         progress(f"deriving and compiling {model.robot.name} with {law.label}")
-        trial = prepare(model.robot, *recordings, (*remembered(current), law), tuple(c.label for c, _ in kept) or ("",))
+        trials.append((prepare(model.robot, *recordings, (*remembered(current), law), only), law))
+
+    def tried(item: tuple[Model, Candidate], start: tuple[float, ...]) -> tuple[Model, Step]:
+        trial, law = item
         done, beliefs = _fitted(trial, current, kept, law, start, speed)
-        if law.effect == "dahl_friction":
-            p, index = done.p, done.bench.index
-            level = float(p[index[_name(law, "level")]])
-            start = (level, level / float(p[index[_name(law, "stiffness")]]))
         after = explained(trial, (*kept, (law, None)), beliefs, done)
-        gain = current.fit.loss - done.loss
         score = Score(law, None, loop.gain, np.zeros(0), len(YIELDS))
-        tried.append((trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)))
-    tried.sort(key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate))
-    return tuple(tried)
+        gain = current.fit.loss - done.loss
+        return trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)
+
+    progress(f"fitting {' and '.join(law.label for _, law in trials)}")
+    start: tuple[float, ...] = (loop.level, *loop.shape)
+    steps: list[tuple[Model, Step]] = []
+    if trials[0][1].effect == "dahl_friction":  # the simplest of its kind: where it ends, the others begin
+        first = trials.pop(0)
+        steps.append(tried(first, start))
+        done = steps[0][1].after.fit
+        level, stiffness = (float(done.p[done.bench.index[_name(first[1], x)]]) for x in ("level", "stiffness"))
+        start = (level, level / stiffness)
+    steps += side_by_side(lambda item: tried(item, start), trials)
+    return tuple(sorted(steps, key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate)))
 
 
 def with_every_hypothesis(
@@ -178,7 +187,7 @@ def with_every_hypothesis(
     whole = prepare(model.robot, *recordings, remembered(step.after))
     whole = replace(whole, beliefs=model.beliefs, freed=model.freed, lagging=model.lagging)
     p, bench = carried(whole, step.after.fit.p, step.after.fit.bench)
-    return whole, explained(whole, step.after.found, step.after.beliefs, fit(bench, p, step.after.beliefs))
+    return whole, explained(whole, step.after.found, step.after.beliefs, fit(bench, p, step.after.beliefs, most=0))
 
 
 def _fitted(

@@ -12,9 +12,9 @@ from symdyn.numeric.filtering.explain import step
 from symdyn.numeric.filtering.judged import explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
-from symdyn.numeric.filtering.propose import finding
 from symdyn.numeric.filtering.stiff import resonance
 from symdyn.numeric.filtering.structure import EFFECT, TITLE, with_shaft
+from symdyn.numeric.filtering.telling import finding
 from symdyn.numeric.findings import Finding
 from symdyn.spec.records import Robot
 from tests.numeric.filtering.drive import record

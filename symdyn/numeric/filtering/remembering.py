@@ -1,0 +1,89 @@
+"""Laws with memory, fitted where they promise most: whether one explains more than any effect without states does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from symdyn.numeric.filtering.judged import (
+    ABOUT,
+    EARNS,
+    LEVEL,
+    WORTH,
+    Explanation,
+    Step,
+    certain,
+    floor,
+    price,
+    simplest,
+)
+from symdyn.numeric.filtering.memory import Lasting, with_memory
+from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.recording import Recording
+
+Progress = Callable[[str], None]
+Recordings = tuple[Recording, Recording]
+Laws = tuple[tuple[Model, Step], ...]  # the chosen one first, each with its own machine
+
+PLACES = 2  # for each kind of memory, at which its laws are fitted until one earns its place
+LIKELY = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
+
+
+def promised(model: Model, found: Sequence[Lasting]) -> float:
+    """Nats that a memory is expected to gain beyond what the same friction without one does; 0 if not its price."""
+    return max((each.beyond for each in found if each.beyond >= _least(model)), default=0.0)
+
+
+def laws_with_memory(
+    model: Model,
+    current: Explanation,
+    best: Step | None,
+    found: Sequence[Lasting],
+    recordings: Recordings,
+    progress: Progress,
+) -> Laws:
+    """The laws that earn their place beside ``best``, at the most promising place where any does; or none."""
+    places: dict[frozenset[str], list[Lasting]] = {}
+    for each in sorted(found, key=lambda x: -x.gain):
+        if each.beyond >= _least(model):
+            places.setdefault(frozenset(each.laws), []).append(each)
+    for each in sorted((x for here in places.values() for x in here[:PLACES]), key=lambda x: -x.gain):
+        if each.gain < (LIKELY * best.score.gain if best else 0.0):
+            continue
+        tried = with_memory(model, current, each, recordings, progress)
+        good = likelier(tried, current, best)
+        if good:
+            chosen = simplest(good[0][1], [step for _, step in good])
+            return tuple(sorted(good, key=lambda each: each[1] is not chosen))
+    return ()
+
+
+def likelier(laws: Laws, current: Explanation, best: Step | None) -> Laws:
+    """Those that earn their place, and explain more than ``best``."""
+    return tuple((own, law) for own, law in laws if _earns(own, current, law, best))
+
+
+def tell_all(laws: Laws) -> bool:
+    """Whether nothing is left but the noise of the sensors with the chosen one."""
+    return bool(laws) and nothing_left(laws[0][0], laws[0][1].after)
+
+
+def nothing_left(model: Model, of: Explanation) -> bool:
+    """Whether free runs, held out, are off by hardly more than the noise of the sensors."""
+    return of.heldout < (1.0 + ABOUT) * floor(model, of)
+
+
+def _least(model: Model) -> float:
+    return WORTH + float(np.log(len(model.training.y)))
+
+
+def _earns(model: Model, current: Explanation, each: Step, best: Step | None) -> bool:
+    worth = each.gain - price(model, each.score.candidate)
+    other = best.gain - price(model, best.score.candidate) if best else 0.0
+    return (
+        worth > WORTH + max(other, 0.0)
+        and each.p_value < LEVEL
+        and each.after.heldout < (1.0 - EARNS) * current.heldout
+        and certain(model, each.after, each.score.candidate)
+    )
