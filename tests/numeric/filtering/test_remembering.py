@@ -1,0 +1,77 @@
+"""At which places laws with memory are asked, and when before all else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from symdyn.numeric.filtering import propose, remembering
+from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING
+from symdyn.numeric.filtering.judged import Explanation, Step
+from symdyn.numeric.filtering.memory import Lasting
+from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.filtering.places import Latent
+
+SAMPLES = 5000
+MODEL = cast(Model, SimpleNamespace(training=SimpleNamespace(y=np.zeros((SAMPLES, 1)))))
+NOTHING = cast(Explanation, None)
+PRICE = 10.0 + np.log(SAMPLES)
+
+
+def loop(place: str, gain: float, beyond: float, laws: Any = HYSTERESIS) -> Lasting:
+    return Lasting(Latent(place, np.ones(1), np.ones(1)), laws, gain, beyond, 0.1, (0.1,), (place,))
+
+
+def asked(monkeypatch: pytest.MonkeyPatch, *found: Lasting, earns: str = "", best: Step | None = None) -> list[str]:
+    """The places at which laws are fitted, of which those at ``earns`` earn theirs."""
+    places: list[str] = []
+
+    def with_memory(model: Model, current: Explanation, each: Lasting, *_: Any) -> Any:
+        places.append(each.latent.place)
+        return ((model, SimpleNamespace(place=each.latent.place, score=each)),)
+
+    monkeypatch.setattr(remembering, "with_memory", with_memory)
+    monkeypatch.setattr(remembering, "likelier", lambda laws, *_: tuple(x for x in laws if x[1].place == earns))
+    monkeypatch.setattr(remembering, "simplest", lambda wide, tried: wide)
+    laws = remembering.laws_with_memory(MODEL, NOTHING, best, found, cast(Any, ()), lambda _: None)
+    assert [step.place for _, step in cast(Any, laws)] == ([earns] if earns else [])
+    return places
+
+
+def test_where_none_earns_its_place_the_next_place_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = loop("gear", 240.0, 160.0), loop("joint", 127.0, 127.0), loop("motor", 122.0, 121.0)
+    assert asked(monkeypatch, *found) == ["gear", "joint"]
+    assert asked(monkeypatch, *found, earns="gear") == ["gear"]
+    assert asked(monkeypatch, *found, earns="joint") == ["gear", "joint"]
+
+
+def test_each_kind_of_memory_is_asked_where_it_promises_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    warm = loop("gear", 500.0, 0.0, WARMING), loop("motor", 200.0, 50.0, WARMING)
+    found = loop("gear", 240.0, 160.0), loop("joint", 127.0, 127.0), *warm
+    assert asked(monkeypatch, *found) == ["gear", "motor", "joint"]  # a memory that tells nothing is not asked
+
+
+def test_what_promises_less_than_half_of_an_effect_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    best = cast(Step, SimpleNamespace(score=SimpleNamespace(gain=300.0)))
+    assert asked(monkeypatch, loop("gear", 160.0, 160.0), loop("joint", 140.0, 140.0), best=best) == ["gear"]
+
+
+def test_a_promise_counts_from_its_price_on() -> None:
+    few = loop("gear", 300.0, PRICE - 1.0)
+    assert remembering.promised(MODEL, ()) == 0.0
+    assert remembering.promised(MODEL, [few]) == 0.0
+    assert remembering.promised(MODEL, [few, replace(few, beyond=PRICE + 1.0)]) == pytest.approx(PRICE + 1.0)
+
+
+@pytest.mark.parametrize(("gain", "first"), [(None, True), (90.0, True), (110.0, False)])
+def test_memory_comes_first_where_it_promises_more_than_the_best(
+    monkeypatch: pytest.MonkeyPatch, gain: float | None, first: bool
+) -> None:
+    best = None if gain is None else cast(Step, SimpleNamespace(gain=gain))
+    for late, expected in (((), first), ((99.0,), first), ((101.0,), False)):
+        monkeypatch.setattr(propose, "late_sensors", lambda *_, late=late: [SimpleNamespace(gain=x) for x in late])
+        assert propose.promises_most(MODEL, NOTHING, best, [loop("joint", 150.0, 100.0)]) is expected
