@@ -9,6 +9,7 @@ from decimal import Decimal
 from types import MappingProxyType
 
 from symdyn.numeric.findings import Diagnosis, Estimate, Finding, Located, Verdict
+from symdyn.numeric.groups import elsewhere
 from symdyn.physics import catalogue
 
 VERDICT_NAMES: Mapping[Verdict, str] = MappingProxyType(
@@ -59,11 +60,11 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 def verdict_words(diagnosis: Diagnosis) -> str:
     """One sentence: what the model lacked."""
     if diagnosis.findings and diagnosis.verdict is Verdict.UNEXPLAINED:
-        nearest = _joined([f"{f.title} at {f.place}" for f in diagnosis.findings], " and ")
+        nearest = _joined([f"{f.title} at {_at(diagnosis, f)}" for f in diagnosis.findings], " and ")
         return f"The model misses {_kind(diagnosis)}, which no known effect explains; nearest is {nearest}."
     if diagnosis.findings:
         unsure = any(f.rivals for f in diagnosis.findings)
-        lacked = _joined([_lacked(f) for f in diagnosis.findings], ", and " if unsure else " and ")
+        lacked = _joined([_lacked(diagnosis, f) for f in diagnosis.findings], ", and " if unsure else " and ")
         return f"The model lacked {lacked}{': these recordings do not tell which' if unsure else ''}."
     if diagnosis.remaining.structured:
         return f"The model misses {_kind(diagnosis)}, and no known effect explains it."
@@ -185,14 +186,20 @@ def _where(diagnosis: Diagnosis) -> str:
     return f" at {place}" if place and len(diagnosis.per_joint) > 1 else ""
 
 
-def _lacked(finding: Finding) -> str:
+def _lacked(diagnosis: Diagnosis, finding: Finding) -> str:
     if not finding.rivals:
-        return f"{finding.title} at {finding.place}"
+        return f"{finding.title} at {_at(diagnosis, finding)}"
     names = [finding.title]
     for rival in finding.rivals:
         elsewhere = "" if rival.place == finding.place else f" at {rival.place}"
         names.append(effect_title(rival.effect) + elsewhere)
-    return f"something at {finding.place} that may be {_joined(names, ' or ')}"
+    return f"something at {_at(diagnosis, finding)} that may be {_joined(names, ' or ')}"
+
+
+def _at(diagnosis: Diagnosis, finding: Finding) -> str:
+    """Its place, and where else it may be."""
+    others = elsewhere(diagnosis.robot, finding.place, finding.group)
+    return _joined([finding.place, *others], " or ")
 
 
 def _joined(items: Sequence[str], last: str) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from symdyn.physics import catalogue
-from symdyn.spec.places import joint_places
-from symdyn.spec.records import Joint, PlaceKind
+from symdyn.spec.places import joint_places, places
+from symdyn.spec.records import Joint, PlaceKind, Robot
 
 
 def rigid_group(joint: Joint, effect: str | None = None) -> tuple[str, ...]:
@@ -20,3 +22,11 @@ def rigid_group(joint: Joint, effect: str | None = None) -> tuple[str, ...]:
         for place in joint_places(joint)
         if place.kind in kinds and (law is None or (place.kind in law.attaches_to and place.motion in law.motions))
     )
+
+
+def elsewhere(robot: Robot, place: str, group: Sequence[str]) -> tuple[str, ...]:
+    """Those of a group that are parts of the robot, and not geared rigidly to the place."""
+    joints = {f"{j.name}.{r.name}": j.name for j in robot.joints if j.drive for r in j.drive.rotors if r.fixed_to_joint}
+    here = joints.get(place, place)
+    parts = {joints.get(part.address, part.address) for part in places(robot)}
+    return tuple(dict.fromkeys(at for at in (joints.get(p, p) for p in group) if at in parts and at != here))

@@ -88,6 +88,18 @@ def test_missing_physics_in_one_sentence_and_a_number() -> None:
     )
 
 
+def test_other_places_of_its_group_are_said_in_the_sentence() -> None:
+    either = replace(COULOMB, group=("shoulder", "elbow"))
+    told = verdict_sentence(diagnosis(None, either))
+    assert told.startswith("The model lacked Coulomb friction at shoulder or elbow. ")
+    unsure = replace(either, rivals=(Rival("viscous_friction", "shoulder", 0.3),))
+    told = verdict_sentence(replace(diagnosis(None, unsure), verdict=Verdict.AMBIGUOUS))
+    assert told.startswith("The model lacked something at shoulder or elbow that may be Coulomb friction or ")
+    left = replace(diagnosis().remaining, structured=True, share=0.6)
+    nearest = verdict_sentence(replace(diagnosis(None, either), verdict=Verdict.UNEXPLAINED, remaining=left))
+    assert "nearest is Coulomb friction at shoulder or elbow." in nearest
+
+
 def test_rivals_are_said_in_the_sentence() -> None:
     unsure = replace(RIPPLE, rivals=(Rival("linear_spring", "elbow", 0.3), Rival("force_offset", "shoulder", 0.2)))
     told = verdict_sentence(replace(diagnosis(None, COULOMB, unsure), verdict=Verdict.AMBIGUOUS))

@@ -57,7 +57,7 @@ def conclude(
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
     floor = noise_floor(model, final.fit)
     remaining = that_matters(_remaining(model, final, after, floor), findings, {})
-    channels = model.heldout.names
+    channels, mismatch = model.heldout.names, beyond(before.heldout, floor.errors.heldout) > SHARE
     moved = _moved(model, final.fit)
     wrong = refuted(model, final) if remaining.structured else ()
     verdict = verdict_of(findings, remaining, before, after, ALL if moved else HOLDS if wrong else EXPLAINED)
@@ -77,7 +77,7 @@ def conclude(
         training=names[0],
         heldout=names[1],
         traces=_traces(model, given, final),
-        located=_located(as_given, given, places) if beyond(before.heldout, floor.errors.heldout) > SHARE else (),
+        located=_located(as_given, given, places, findings) if mismatch else (),
         noise_floor=floor,
         judged="motion of the channels in free runs",
         per_joint_before={c: Errors(float(a), float(b)) for c, a, b in zip(channels, *given.errors, strict=True)},
@@ -150,15 +150,20 @@ def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloo
     return Remaining(after.heldout, True, unlike_noise, None, p_value, math.sqrt(unlike_noise) * after.heldout)
 
 
-def _located(model: Model, given: Explanation, places: Sequence[Place]) -> tuple[Located, ...]:
-    """``model`` as given: what the best place's mismatch follows is told, and no more than the place of others."""
+def _located(
+    model: Model, given: Explanation, places: Sequence[Place], findings: Sequence[Finding]
+) -> tuple[Located, ...]:
+    """``model`` as given: what the mismatch follows at the best place, and where something was found; of others no more
+    than the place.
+    """
     likely = [place for place in places if place.gain > WORTH]
+    told = {likely[0].latent.place if likely else "", *(found.place for found in findings)}
     return tuple(
         Located(
             place.latent.place,
             together(place, places),
             place.gain,
-            when(model, given, place.latent) if place is likely[0] else (),
+            when(model, given, place.latent) if place.latent.place in told else (),
         )
         for place in likely
     )

@@ -17,15 +17,17 @@ def finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, 
     same = alike(chosen, tried)
     elsewhere = [s.score.candidate.place.address for s in same if s.score.candidate.effect == candidate.effect]
     elsewhere += rigid_with(model, chosen.after, candidate.place.address, candidate.effect)
+    group = with_fixed_rotors(model, (candidate.place.address, *elsewhere, *chosen.group), candidate.effect)
     rivals = tuple(
         Rival(s.score.candidate.effect, s.score.candidate.place.address, s.p_value)
         for s in same
         if s.score.candidate.effect != candidate.effect
     )
+    here = {(candidate.effect, at) for at in group}
     others = tuple(
         Alternative(s.score.candidate.effect, s.score.candidate.place.address, s.after.heldout)
         for s in tried
-        if s not in same
+        if s not in same and (s.score.candidate.effect, s.score.candidate.place.address) not in here
     )
     return Finding(
         candidate.effect,
@@ -37,7 +39,7 @@ def finding(model: Model, before: Explanation, chosen: Step, tried: tuple[Step, 
         chosen.p_value,
         rivals,
         others,
-        with_fixed_rotors(model, (candidate.place.address, *elsewhere, *chosen.group), candidate.effect),
+        group,
         chosen.gain,
     )
 
