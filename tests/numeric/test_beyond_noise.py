@@ -89,6 +89,7 @@ def test_what_is_as_even_as_noise_is_noted(robot: Robot) -> None:
     assert "what is left at arm is" in note
 
 
+@pytest.mark.slow
 def test_where_nothing_pointed_before_what_is_left_does(robot: Robot) -> None:
     told = diagnose(robot, record(1, detents), record(2, detents))
     assert [place.place for place in told.located] == ["arm"]

@@ -103,7 +103,7 @@ def test_nothing_missing_is_told_so_and_both_sides_have_their_numbers(robot: Rob
     assert told.model["b"].value == pytest.approx(VISCOUS, rel=5e-3)
 
 
-@pytest.mark.parametrize(("place", "level"), [("arm.motor", 0.03), ("arm", 1.2)])
+@pytest.mark.parametrize(("place", "level"), [("arm.motor", 0.03), pytest.param("arm", 1.2, marks=pytest.mark.slow)])
 def test_friction_is_told_on_the_side_where_it_is(robot: Robot, place: str, level: float) -> None:
     sizes = (level, 0.0) if place == "arm.motor" else (0.0, level)
     told = told_of(robot, recorded(1, *sizes), recorded(2, *sizes))
@@ -118,12 +118,14 @@ def test_friction_is_told_on_the_side_where_it_is(robot: Robot, place: str, leve
     assert again.verdict is Verdict.COMPLETE
 
 
+@pytest.mark.slow
 def test_a_motor_that_gives_less_than_it_says_is_told(robot: Robot) -> None:
     told = told_of(robot, recorded(1, gain=1.08), recorded(2, gain=1.08))
     assert [(f.effect, f.place) for f in told.findings] == [("effort_gain", "arm")]
     assert told.findings[0].parameters["gain"].value == pytest.approx(1 / 1.08, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_parameter_of_one_side_may_be_held(robot: Robot) -> None:
     told = diagnose(robot, recorded(1), recorded(2), band=12.0, hold=["J"])
     assert "J" not in told.model
@@ -170,6 +172,7 @@ def test_a_fit_takes_either_side_for_what_it_is(robot: Robot) -> None:
     assert found.parameters["m"].value * found.parameters["l"].value == pytest.approx(MASS * ARM, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_one_joint_of_two_has_a_sensor_and_a_soft_drive_with_a_circuit() -> None:
     """The current tells what the motor exerts; that shafts and circuit are not tested is told."""
     drive = """ratio = 80

@@ -111,6 +111,7 @@ def test_a_wave_along_an_axis_that_slides_is_a_ripple_too() -> None:
     assert ripple.parameters["order"].unit == "rad/m"
 
 
+@pytest.mark.slow
 def test_two_effects_that_hide_each_other_are_found_together() -> None:
     """Fitted by viscous friction, dry friction and quadratic drag leave opposite curves of speed, of one size here."""
     slide = robot_from_text(SLIDE, "slide.toml")

@@ -111,6 +111,7 @@ def test_what_it_does_because_of_its_beginning_dies_away_at_its_own_rate() -> No
         assert np.abs(left).max() < 1e-5 * np.abs(column).max()
 
 
+@pytest.mark.slow
 def test_a_rigid_axis_recorded_almost_without_noise_lacks_nothing() -> None:
     found = diagnose(axis(), measured(1, elastic=False), measured(2, elastic=False))
     assert found.verdict is Verdict.COMPLETE

@@ -67,6 +67,7 @@ def test_a_moment_without_a_mass_is_no_payload() -> None:
     assert PointPayload("two").credible(told | {"mass": Estimate(0.2, 0.01, "kg")})
 
 
+@pytest.mark.slow
 def test_gravity_is_doubted_unless_it_is_held() -> None:
     """``*`` stands for the parameters of a fit alone: a base may have been mounted anew since."""
     robot = robot_from_text(known(), "two.toml")

@@ -67,6 +67,7 @@ def test_what_is_not_behind_a_gear_stays_as_it_is() -> None:
         np.testing.assert_array_equal(shown.channels[key], values)
 
 
+@pytest.mark.slow
 def test_friction_is_found_by_an_arms_motors_alone() -> None:
     robot, runs = geared(), [at_motors(rubbing(seed, 0.2)) for seed in (1, 2)]
     found = diagnose(robot, *runs, band=12.0)

@@ -48,6 +48,7 @@ def at_motors(seed: int, level: float) -> Recording:
     return replace(recording, channels=MappingProxyType(channels))
 
 
+@pytest.mark.slow
 def test_an_arm_of_many_coordinates_is_diagnosed_with_rigid_transmissions() -> None:
     robot, runs = soft(), [at_motors(seed, 0.2) for seed in (1, 2)]
     assert not has_hidden_parts(robot, runs[0])

@@ -100,6 +100,7 @@ def test_a_machine_that_rests_repeats_nothing(tmp_path: Path) -> None:
     assert len(found.time) == len(TIME)
 
 
+@pytest.mark.slow
 def test_what_was_repeated_is_no_physics(tmp_path: Path) -> None:
     runs = []
     for seed in (1, 2):

@@ -83,6 +83,7 @@ def test_too_little_may_be_left(tmp_path: Path) -> None:
     assert [problem.code for problem in caught.value.problems] == ["SD535", "SD508"]
 
 
+@pytest.mark.slow
 def test_rows_without_motion_are_no_physics(tmp_path: Path) -> None:
     runs = []
     for seed in (1, 2):

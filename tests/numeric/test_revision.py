@@ -72,6 +72,7 @@ def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(c
         assert diagnose(found.diagnosed, *runs).findings == ()  # it is known now
 
 
+@pytest.mark.slow
 def test_what_is_quicker_than_an_encoder_can_tell_is_not_tested() -> None:
     """It shakes by a tenth of its steps: the torque of that is most of what is left, and nobody saw the motion."""
     runs = [in_steps(run(seed, shaken=1e-3), 0.012) for seed in (1, 2)]
@@ -207,6 +208,7 @@ def test_gravity_that_no_place_on_earth_has_is_refused() -> None:
     assert not GravityVector().credible(vague)
 
 
+@pytest.mark.slow
 def test_gravity_of_no_place_on_earth_is_told_with_a_doubt() -> None:
     """A forearm hung 10 % too near is one whose weight pulls less: no motion tells the two apart."""
     short = robot_from_text(ARM_OF_TWO.replace('["q", 0, 0.4, 0]', '["q", 0, 0.3, 0]'), "two.toml")
@@ -308,6 +310,7 @@ def test_a_limit_is_fitted_again_beside_the_friction_that_is_found_after_it() ->
         assert abs(told.value - true) < 4.0 * told.se < 0.02 * true
 
 
+@pytest.mark.slow
 def test_a_limit_that_the_judging_run_does_not_reach_was_not_seen() -> None:
     """Pushes that were asked for and not given, in training alone: a limit there lets the parameters go where they
     belong, and so helps everywhere.

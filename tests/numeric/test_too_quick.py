@@ -70,6 +70,7 @@ def test_what_is_lacking_is_found() -> None:
     assert told.findings[0].parameters["stiffness"].value == pytest.approx(HARDENING, rel=0.02)
 
 
+@pytest.mark.slow
 def test_where_no_filter_can_follow_doubts_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """The mass is 10 % and more off by inverse dynamics; without the alarm nothing would show it."""
     monkeypatch.setattr(module, "can_follow", lambda robot: False)

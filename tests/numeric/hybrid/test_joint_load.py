@@ -79,6 +79,7 @@ def kernel(loaded: bool) -> Kernel:
     return compile_robot(robot_from_text(text, "arm.toml")).kernel()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.lists(NUMBER, min_size=6, max_size=6))
 def test_inverse_dynamics_is_the_law_and_forward_dynamics_its_inverse(numbers: list[float]) -> None:

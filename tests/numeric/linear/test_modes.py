@@ -81,6 +81,7 @@ def test_a_bristle_at_rest_is_a_spring_with_a_damper() -> None:
 positive = st.floats(0.2, 5.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, phases=(Phase.explicit, Phase.reuse, Phase.generate))  # a machine is derived per example
 @given(data=st.data(), size=st.integers(2, 5), grounded=positive)
 def test_energy_is_shared_and_losses_add_up_to_the_decay(data: st.DataObject, size: int, grounded: float) -> None:
