@@ -146,6 +146,9 @@ def with_memory(
     progress: Callable[[str], None],
 ) -> tuple[tuple[Model, Step], ...]:
     """Every law that remembers so at that place, fitted in full, best first (BIC)."""
+    laws = memories(model.robot, loop.latent.place, loop.laws)
+    if not laws:
+        return ()
     contained = without_memory(loop.laws)
     kept = tuple(
         item
@@ -154,7 +157,7 @@ def with_memory(
     )
     speed, only = _top_speed(current, loop), tuple(c.label for c, _ in kept) or ("",)
     trials: list[tuple[Model, Candidate]] = []
-    for law in memories(model.robot, loop.latent.place, loop.laws):
+    for law in laws:
         progress(f"deriving and compiling {model.robot.name} with {law.label}")
         trials.append((prepare(model.robot, *recordings, (*remembered(current), law), only), law))
 
@@ -166,10 +169,10 @@ def with_memory(
         gain = current.fit.loss - done.loss
         return trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)
 
-    progress(f"fitting {' and '.join(law.label for _, law in trials)}")
+    progress(f"fitting {' and '.join(law.label for law in laws)}")
     start: tuple[float, ...] = (loop.level, *loop.shape)
     steps: list[tuple[Model, Step]] = []
-    if trials[0][1].effect == "dahl_friction":  # the simplest of its kind: where it ends, the others begin
+    if laws[0].effect == "dahl_friction":  # the simplest of its kind: where it ends, the others begin
         first = trials.pop(0)
         steps.append(tried(first, start))
         done = steps[0][1].after.fit

@@ -9,7 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from symdyn.numeric.filtering import propose, remembering
+from symdyn.compiler import load_robot
+from symdyn.numeric.filtering import memory, propose, remembering
 from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING
 from symdyn.numeric.filtering.judged import Explanation, Step
 from symdyn.numeric.filtering.memory import Lasting
@@ -65,6 +66,13 @@ def test_a_promise_counts_from_its_price_on() -> None:
     assert remembering.promised(MODEL, ()) == 0.0
     assert remembering.promised(MODEL, [few]) == 0.0
     assert remembering.promised(MODEL, [few, replace(few, beyond=PRICE + 1.0)]) == pytest.approx(PRICE + 1.0)
+
+
+def test_a_machine_that_has_every_law_there_gets_none() -> None:
+    robot = load_robot("irb6-axis1")
+    model = cast(Model, SimpleNamespace(robot=robot))
+    at_motor = loop("axis1.motor", 200.0, 200.0, {})
+    assert memory.with_memory(model, NOTHING, at_motor, cast(Any, ()), lambda _: None) == ()
 
 
 @pytest.mark.parametrize(("gain", "first"), [(None, True), (90.0, True), (110.0, False)])
