@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from symdyn.numeric.gearing import turns_with_joint
 from symdyn.physics import catalogue
 from symdyn.spec.places import joint_places, places
 from symdyn.spec.records import Joint, PlaceKind, Robot
@@ -24,9 +25,13 @@ def rigid_group(joint: Joint, effect: str | None = None) -> tuple[str, ...]:
     )
 
 
+def same_place(robot: Robot, address: str) -> tuple[str, ...]:
+    """The address itself; of a rotor that is fixed to its joint the joint's, too, where hypotheses stand."""
+    joints = (joint.name for joint in robot.joints if turns_with_joint(joint, address))
+    return (address, *joints)
+
+
 def elsewhere(robot: Robot, place: str, group: Sequence[str]) -> tuple[str, ...]:
     """Those of a group that are parts of the robot, and not geared rigidly to the place."""
-    joints = {f"{j.name}.{r.name}": j.name for j in robot.joints if j.drive for r in j.drive.rotors if r.fixed_to_joint}
-    here = joints.get(place, place)
-    parts = {joints.get(part.address, part.address) for part in places(robot)}
-    return tuple(dict.fromkeys(at for at in (joints.get(p, p) for p in group) if at in parts and at != here))
+    parts = {same_place(robot, part.address)[-1] for part in places(robot)} - {same_place(robot, place)[-1]}
+    return tuple(dict.fromkeys(at for at in (same_place(robot, each)[-1] for each in group) if at in parts))

@@ -16,7 +16,7 @@ from symdyn.numeric.filtering.judged import WORTH, Explanation
 from symdyn.numeric.filtering.law import refuted
 from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
-from symdyn.numeric.filtering.model import PRIOR, Model
+from symdyn.numeric.filtering.model import PRIOR, Freed, Model
 from symdyn.numeric.filtering.when import when
 from symdyn.numeric.filtering.windows import SHARE, beyond, noise_alone, overall
 from symdyn.numeric.findings import (
@@ -94,8 +94,7 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
             own_value = estimate(model, final.fit, name)
             text = set_parameter(text, whole, name, own_value.written)
     for new in model.freed:
-        numbers = {k: estimate(model, final.fit, getattr(new, k)) for k in ("stiffness", "damping")}
-        values = {k: e.written for k, e in numbers.items()}
+        values = {k: e.written for k, e in of_shaft(model, final, new).items()}
         shaft = {"name": new.shaft, "from": new.rotor, "to": JOINT_END, **values}
         text = free_rotor(text, whole, new.joint, new.rotor, shaft)
     for late in model.lagging:
@@ -113,6 +112,11 @@ def parameters(model: Model, of: Explanation, candidate: Candidate) -> dict[str,
     found = {s.name: estimate(model, of.fit, candidate.parameter(s)) for s in schemas}
     units = {s.name: candidate.unit(s) for s in catalogue()[candidate.effect].parameters}
     return found | {name: Estimate(float(number), None, units[name]) for name, number in kept(candidate).items()}
+
+
+def of_shaft(model: Model, of: Explanation, new: Freed) -> dict[str, Estimate]:
+    """Stiffness and damping of a shaft between a rotor that was freed and its joint."""
+    return {name: estimate(model, of.fit, getattr(new, name)) for name in ("stiffness", "damping")}
 
 
 def estimate(model: Model, of: MLFit, name: str) -> Estimate:

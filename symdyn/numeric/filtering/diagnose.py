@@ -19,7 +19,7 @@ from symdyn.numeric.filtering.locate import Place, alone, locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
 from symdyn.numeric.filtering.propose import as_fitted, of_structure, promises_most, restructured, stiffened
-from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, tell_all
+from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
 from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.filtering.simpler import simpler
 from symdyn.numeric.filtering.telling import finding
@@ -69,7 +69,7 @@ def diagnose_hidden(
         if current.found != asked and promises_most(model, current, best, remembering):
             laws = laws_with_memory(model, current, best, remembering, recordings, progress)
             remembering = ()
-        search = doubt and not tell_all(laws)
+        search = doubt and not suffice(laws)
         if current.found != asked and search:  # begun with the model as given, whatever was fitted meanwhile
             best, tried = loosened(model, current, best, tried, alarms, progress)
         asked = current.found

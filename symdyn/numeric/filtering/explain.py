@@ -29,9 +29,9 @@ from symdyn.numeric.filtering.judged import (
 from symdyn.numeric.filtering.late import absorbing, late, put_back
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
-from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
+from symdyn.numeric.groups import same_place
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, fitted_parameters
 from symdyn.numeric.filtering.signals import Signals
+from symdyn.numeric.gearing import turns_with_joint
 from symdyn.physics import catalogue, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
@@ -38,17 +39,10 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
     Parameters without a value at which the effect vanishes in a continuous way are its shape, and searched;
     effects with more than one are left out, and so are those that do not open a search.
     """
-    fixed = {
-        f"{joint.name}.{rotor.name}"
-        for joint in robot.joints
-        if joint.drive
-        for rotor in joint.drive.rotors
-        if rotor.fixed_to_joint
-    }
     present = {(e.type, e.at) for e in robot.effects}
     found = []
     for place in places(robot):
-        if place.address in fixed:
+        if any(turns_with_joint(joint, place.address) for joint in robot.joints):
             continue
         for effect in catalogue().values():
             if (

@@ -96,6 +96,11 @@ def floor(model: Model, of: Explanation) -> float:
     return overall(noise_alone(model.heldout, of.fit.bench.noise.r))
 
 
+def nothing_left(model: Model, of: Explanation) -> bool:
+    """Whether free runs, held out, are off by hardly more than the noise of the sensors."""
+    return of.heldout < (1.0 + ABOUT) * floor(model, of)
+
+
 def tells_all(model: Model, current: Explanation) -> bool:
     """Whether free runs, held out, are off by so little that sensors' noise leaves no effect room to earn its place."""
     return (1.0 - EARNS) * current.heldout < floor(model, current)
@@ -161,7 +166,12 @@ def alike(chosen: Step, tried: Sequence[Step]) -> tuple[Step, ...]:
 
 def price(model: Model, candidate: Candidate) -> float:
     """In nats: half the logarithm of the number of samples for each number (BIC)."""
-    return 0.5 * candidate.size * float(np.log(len(model.training.y)))
+    return price_of(model, candidate.size)
+
+
+def price_of(model: Model, numbers: int) -> float:
+    """The same for so many numbers."""
+    return 0.5 * numbers * float(np.log(len(model.training.y)))
 
 
 def heldout_p_value(before: Explanation, after: Explanation) -> float:

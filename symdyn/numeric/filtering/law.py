@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.model import Model
-from symdyn.numeric.filtering.places import Latent, same_place
+from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.filtering.when import conditions, motion_of
+from symdyn.numeric.groups import same_place
 from symdyn.physics import law_variables
 
 Array = NDArray[np.float64]

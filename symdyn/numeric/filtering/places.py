@@ -73,12 +73,3 @@ def _couple(
         at = shaft_end(joint, end)
         if at in pushes:
             out[index[pushes[at]]] += sign * (ratio if at == joint.name else 1.0)
-
-
-def same_place(robot: Robot, address: str) -> tuple[str, ...]:
-    """The address itself; of a rotor that is fixed to its joint the joint's, too, where hypotheses stand."""
-    for joint in robot.joints:
-        for rotor in joint.drive.rotors if joint.drive else ():
-            if rotor.fixed_to_joint and address == f"{joint.name}.{rotor.name}":
-                return address, joint.name
-    return (address,)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from symdyn.numeric.filtering.conclude import estimate
+from symdyn.numeric.filtering.conclude import estimate, of_shaft
 from symdyn.numeric.filtering.explain import step
 from symdyn.numeric.filtering.judged import (
     EARNS,
@@ -17,18 +15,19 @@ from symdyn.numeric.filtering.judged import (
     Step,
     heldout_p_value,
     improves,
+    nothing_left,
+    price_of,
 )
 from symdyn.numeric.filtering.lag import late_sensors, with_lag
 from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis
 from symdyn.numeric.filtering.model import Freed, Model
-from symdyn.numeric.filtering.places import same_place
 from symdyn.numeric.filtering.remembering import (
     Laws,
+    Recordings,
     laws_with_memory,
     likelier,
-    nothing_left,
     promised,
-    tell_all,
+    suffice,
 )
 from symdyn.numeric.filtering.stiff import beyond_sampling, resonance
 from symdyn.numeric.filtering.structure import (
@@ -40,11 +39,13 @@ from symdyn.numeric.filtering.structure import (
 )
 from symdyn.numeric.filtering.telling import finding, with_fixed_rotors
 from symdyn.numeric.findings import Estimate, Finding
-from symdyn.numeric.recording import Recording
+from symdyn.numeric.groups import same_place
 from symdyn.physics import catalogue
 
 Progress = Callable[[str], None]
-Recordings = tuple[Recording, Recording]
+
+NUMBERS = 2  # of a shaft
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Change:
@@ -86,7 +87,7 @@ def restructured(
     if nothing_left(model, best.after if best else current):
         return None
     tried = likelier(laws, current, best) or laws_with_memory(model, current, best, remembering, recordings, progress)
-    if tell_all(tried):
+    if suffice(tried):
         return _with_law(model, current, tried, recordings, progress)
     owner, rival = tried[0] if tried else (model, best)
     freed = _freed(model, current, owner, rival, recordings, progress)
@@ -100,7 +101,7 @@ def _lagging(
 ) -> Change | None:
     """A sensor that lags, where its own channel says so louder than any effect does."""
     found = late_sensors(model, current)
-    least = max(WORTH + 0.5 * float(np.log(len(model.training.y))), best.gain if best else 0.0)
+    least = max(WORTH + price_of(model, 1), best.gain if best else 0.0)
     if not found or found[0].gain < least:
         return None
     late = found[0].sensor
@@ -130,7 +131,7 @@ def _freed(
     for joint in rigid_joints(model.robot):
         flexible, after = with_shaft(model.robot, joint, model.freed, model.lagging, current, recordings, progress)
         gain = current.fit.loss - after.fit.loss
-        least = WORTH + float(np.log(len(model.training.y)))
+        least = WORTH + price_of(model, NUMBERS)
         if gain < max(least, best.gain if best else 0.0) or after.heldout > (1.0 - EARNS) * current.heldout:
             continue
         if _too_fast(flexible, flexible.freed[-1], after):
@@ -168,7 +169,7 @@ def stiffened(
         if told is findings[-1] or any(c.place.address == f"{new.joint}.{new.shaft}" for c, _ in current.found):
             continue
         rigid, without = without_shaft(model, new, current, recordings, progress)
-        least = WORTH + float(np.log(len(model.training.y)))
+        least = WORTH + price_of(model, NUMBERS)
         gain = without.fit.loss - current.fit.loss
         if gain > least and improves(without, current) and not _too_fast(model, new, current):
             continue
@@ -201,7 +202,7 @@ def _values(model: Model, of: Explanation, effect: str, at: str) -> dict[str, Es
     """Parameters of a shaft that was freed, or of a sensor that got a lag."""
     for new in model.freed:
         if (effect, at) == (EFFECT, new.joint):
-            return {name: estimate(model, of.fit, getattr(new, name)) for name in ("stiffness", "damping")}
+            return of_shaft(model, of, new)
     sensor = next(e for e in model.robot.effects if (e.type, e.at) == (effect, at))
     return {name: estimate(model, of.fit, value.factors[0][0]) for name, value in sensor.values if value.factors}
 

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from symdyn.numeric.filtering.judged import (
-    ABOUT,
     EARNS,
     LEVEL,
     WORTH,
     Explanation,
     Step,
     certain,
-    floor,
+    nothing_left,
     price,
+    price_of,
     simplest,
 )
 from symdyn.numeric.filtering.memory import Lasting, with_memory
@@ -26,6 +24,7 @@ Progress = Callable[[str], None]
 Recordings = tuple[Recording, Recording]
 Laws = tuple[tuple[Model, Step], ...]  # the chosen one first, each with its own machine
 
+NUMBERS = 2  # of a loop: how large, and within which distance
 PLACES = 2  # for each kind of memory, at which its laws are fitted until one earns its place
 LIKELY = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
 
@@ -64,18 +63,13 @@ def likelier(laws: Laws, current: Explanation, best: Step | None) -> Laws:
     return tuple((own, law) for own, law in laws if _earns(own, current, law, best))
 
 
-def tell_all(laws: Laws) -> bool:
+def suffice(laws: Laws) -> bool:
     """Whether nothing is left but the noise of the sensors with the chosen one."""
     return bool(laws) and nothing_left(laws[0][0], laws[0][1].after)
 
 
-def nothing_left(model: Model, of: Explanation) -> bool:
-    """Whether free runs, held out, are off by hardly more than the noise of the sensors."""
-    return of.heldout < (1.0 + ABOUT) * floor(model, of)
-
-
 def _least(model: Model) -> float:
-    return WORTH + float(np.log(len(model.training.y)))
+    return WORTH + price_of(model, NUMBERS)
 
 
 def _earns(model: Model, current: Explanation, each: Step, best: Step | None) -> bool:

@@ -7,6 +7,7 @@ from symdyn.numeric.filtering.judged import Explanation, Step, alike
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.stiff import rigid_with
 from symdyn.numeric.findings import Alternative, Finding, Rival
+from symdyn.numeric.gearing import turns_with_joint
 from symdyn.numeric.groups import rigid_group
 
 
@@ -48,7 +49,6 @@ def with_fixed_rotors(model: Model, places: tuple[str, ...], effect: str) -> tup
     """A rotor that is fixed to its joint is one place with it."""
     found = list(dict.fromkeys(places))
     for joint in model.robot.joints:
-        fixed = {f"{joint.name}.{r.name}" for r in (joint.drive.rotors if joint.drive else ()) if r.fixed_to_joint}
         if joint.name in places:
-            found += [place for place in rigid_group(joint, effect) if place in fixed]
+            found += [place for place in rigid_group(joint, effect) if turns_with_joint(joint, place)]
     return tuple(found)
