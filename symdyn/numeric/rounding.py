@@ -23,6 +23,8 @@ from symdyn.spec.records import Quantity
 Array = NDArray[np.float64]
 
 MOSTLY = 0.5  # of the power of what is left on held-out data
+LESS = (1.0 - EARNS) ** 2  # of that power
+KNOWN = 0.5  # of the edge of a motion's filter, which takes 0.4 % of an amplitude there
 ENCODER, RESOLUTION = "encoder", "resolution"
 
 
@@ -31,28 +33,46 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
 
     Accelerations that are mostly steps make inertias too small, and what these leave then is taken for physics. Above
     that frequency positions tell nothing. Where less than half is left, that is what the recording lacked. Where most
-    of the rest is quicker still, the band ends there: no equation that has this joint's acceleration can be tested.
+    of the rest is quicker still, the band ends where all of that motion is kept: above, no equation that has this
+    joint's acceleration can be tested. The others' motion is taken as in the whole band.
     """
     for joint, steps in _coarse(inquiry.setting):
-        before, setting = inquiry.given, inquiry.setting.below(joint, steps.motion)
-        after, room = setting.case(*inquiry.band).explain(), _with_room(inquiry)
-        left = [float(np.sum((e.heldout * before.weight)[:, room] ** 2)) for e in (before, after)]
-        if left[1] > (1.0 - EARNS) ** 2 * left[0]:
+        setting = inquiry.setting.below(joint, steps.motion)
+        left = _left_below(inquiry, joint, steps.motion)
+        if min(left) > LESS:
             continue
         case = setting.case(min(setting.given(), max(r.motion for r in setting.readings)))
-        given = case.explain()
-        slow = setting.case(min(case.bench.edge, steps.motion))
+        given, edge = case.explain(), case.bench.edge
+        slow = setting.case(min(edge, KNOWN * steps.motion), edge)
         without = slow.explain()
-        wide = replace(inquiry, setting=setting, case=case, current=given)
-        if _quicker(wide, without, joint, steps.size):
-            case, given = slow, without
+        so = f"its motion is taken below {steps.motion:.3g} Hz"
+        if _quicker(replace(inquiry, setting=setting, case=case, current=given), without, joint, steps.size):
+            case, given, so = slow, without, f"nothing above {slow.bench.edge:.3g} Hz is tested"
             what = f"what is left at {joint} is quicker than its encoder can tell"
-            inquiry = inquiry.noting(f"{what}: nothing above {steps.motion:.3g} Hz is tested")
+            inquiry = replace(inquiry, motion=edge).noting(f"{what}: {so}")
+        elif left[0] > LESS:
+            continue
         inquiry = replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)
-        if left[1] < (1.0 - MOSTLY) * left[0]:
-            told = f"its motion is taken below {steps.motion:.3g} Hz"
-            inquiry = _told(inquiry, joint, steps, 1.0 - left[1] / left[0], told)
+        if min(left) < 1.0 - MOSTLY:
+            inquiry = _told(inquiry, joint, steps, 1.0 - min(left), so)
     return inquiry
+
+
+def _left_below(inquiry: Inquiry, joint: str, motion: float) -> list[float]:
+    """Share of the power that is left with the motion of a joint taken below so many Hz.
+
+    Where that is not less, some of the motion was taken, too; that the rest is mostly steps is seen an octave above, or
+    two, ... up to the band's edge.
+    """
+    before, room = inquiry.given, _with_room(inquiry)
+    power = float(np.sum((before.heldout * before.weight)[:, room] ** 2))
+    found: list[float] = []
+    while not found or (min(found) > LESS and motion < inquiry.case.bench.edge):
+        after = inquiry.setting.below(joint, motion).case(*inquiry.band).explain()
+        left = float(np.sum((after.heldout * before.weight)[:, room] ** 2))
+        found.append(left / power if power > 0.0 else 1.0)
+        motion *= 2.0
+    return found
 
 
 def _quicker(wide: Inquiry, slow: Explanation, joint: str, size: float) -> bool:
@@ -71,9 +91,12 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
 
     Every encoder has steps. Those that hide something are most of what trembles in its positions, and are looked for at
     the joints where the noise of the efforts leaves them room to be most of what is left. What rounding does there is
-    measured: positions, smoothed and rounded again, go to the residual as they are.
+    measured: positions, smoothed and rounded again, go to the residual as they are. Where nothing is left, they hide
+    nothing.
     """
     current, room = inquiry.current, _with_room(inquiry)
+    if inquiry.case.nothing_left(current):
+        return inquiry
     for joint, steps in _coarse(inquiry.setting):
         left = float(np.sum((current.heldout * current.weight)[:, room] ** 2))
         own = (_by_steps(inquiry, joint, steps.size, False) * current.weight)[:, room]

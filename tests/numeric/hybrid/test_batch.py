@@ -65,6 +65,7 @@ def test_inputs_may_differ_between_sets() -> None:
         assert np.array_equal(batch.states[k], simulate_affine(slider, TIME, signals).states)
 
 
+@pytest.mark.slow  # compiles the parallel loop
 def test_what_fails_says_so_and_leaves_the_others_alone() -> None:
     spring = machine(SLIDER + SPRING)
     time = np.linspace(0.0, 100.0, 201)
