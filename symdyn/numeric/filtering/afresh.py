@@ -154,10 +154,7 @@ def afresh(
 
 def off(model: Model, current: Explanation, share: float = SHARE) -> bool:
     """Whether free runs, held out, are off by more than the noise of the sensors, and by anything to speak of."""
-    return (
-        current.heldout > NEGLIGIBLE
-        and beyond(current.heldout, floor(model, current)) > share
-    )
+    return current.heldout > NEGLIGIBLE and beyond(current.heldout, floor(model, current)) > share
 
 
 def as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
