@@ -41,15 +41,18 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
         left = _left_below(inquiry, joint, steps.motion)
         if min(left) > LESS:
             continue
-        case = setting.case(min(setting.given(), max(r.motion for r in setting.readings)))
-        given, edge = case.explain(), case.bench.edge
-        slow = setting.case(min(edge, KNOWN * steps.motion), edge)
+        edge = min(setting.given(), max(r.motion for r in setting.readings))
+        if inquiry.motion is not None:  # the band ended for another joint
+            edge = min(edge, inquiry.case.bench.edge)
+        case = setting.case(edge, inquiry.motion)
+        given, motion = case.explain(), inquiry.motion or edge
+        slow = setting.case(min(edge, KNOWN * steps.motion), motion)
         without = slow.explain()
         so = f"its motion is taken below {steps.motion:.3g} Hz"
         if _quicker(replace(inquiry, setting=setting, case=case, current=given), without, joint, steps.size):
             case, given, so = slow, without, f"nothing above {slow.bench.edge:.3g} Hz is tested"
             what = f"what is left at {joint} is quicker than its encoder can tell"
-            inquiry = replace(inquiry, motion=edge).noting(f"{what}: {so}")
+            inquiry = replace(inquiry, motion=motion).noting(f"{what}: {so}")
         elif left[0] > LESS:
             continue
         inquiry = replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)

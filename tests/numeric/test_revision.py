@@ -46,9 +46,9 @@ def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float)
     assert declared(found.diagnosed)[1] == replace(Reading(), **{fault: pytest.approx(told.value, rel=1e-6)})
 
 
-def in_steps(shown: Recording, step: float, trembling: float | Array = 0.0) -> Recording:
-    """Its second joint's encoder has such steps (rad)."""
-    at = Quantity.POSITION, "two", Side.LINK
+def in_steps(shown: Recording, step: float, trembling: float | Array = 0.0, joint: str = "two") -> Recording:
+    """Its encoder of that joint has such steps (rad)."""
+    at = Quantity.POSITION, joint, Side.LINK
     channels = dict(shown.channels)
     channels[at] = np.round(np.round((channels[at] + trembling) / step) * step, 6)
     return replace(shown, channels=channels)
@@ -82,6 +82,15 @@ def test_what_is_quicker_than_an_encoder_can_tell_is_not_tested(shaken: float) -
     assert found.band < 8.0
     assert any("nothing above" in alarm for alarm in found.alarms), found.alarms
     assert found.model["b2"].value == pytest.approx(0.12, rel=0.01)
+    assert not found.remaining.structured
+
+
+@pytest.mark.slow
+def test_a_band_that_ended_for_one_joint_does_not_open_for_the_next() -> None:
+    runs = [in_steps(in_steps(run(seed, shaken=1e-3), 0.03), 0.03, joint="one") for seed in (1, 2)]
+    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
+    assert {f.effect for f in found.findings} == {"encoder"}
+    assert found.band < 1.0
     assert not found.remaining.structured
 
 
