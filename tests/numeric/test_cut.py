@@ -92,6 +92,7 @@ def robot() -> Robot:
     return robot_from_text(MODEL, "sensed.toml")
 
 
+@pytest.mark.slow
 def test_nothing_missing_is_told_so_and_both_sides_have_their_numbers(robot: Robot) -> None:
     told = told_of(robot, recorded(1), recorded(2))
     assert (told.verdict, told.findings) == (Verdict.COMPLETE, ())

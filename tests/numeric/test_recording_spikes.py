@@ -78,6 +78,7 @@ def test_a_voltage_may_jump(tmp_path: Path) -> None:
     assert without_spikes(channel(Quantity.VOLTAGE, "V"), pulses, WHOLE, HERE)[1] == []
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_lost_samples_are_no_physics(tmp_path: Path) -> None:
     runs = []
     for seed in (1, 2):
