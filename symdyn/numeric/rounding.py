@@ -68,12 +68,11 @@ def _left_below(inquiry: Inquiry, joint: str, motion: float) -> list[float]:
     two, ... up to the band's edge.
     """
     before, room = inquiry.given, _with_room(inquiry)
-    power = float(np.sum((before.heldout * before.weight)[:, room] ** 2))
+    power = _power(before.heldout, before, room)
     found: list[float] = []
     while not found or (min(found) > LESS and motion < inquiry.case.bench.edge):
         after = inquiry.setting.below(joint, motion).case(*inquiry.band).explain()
-        left = float(np.sum((after.heldout * before.weight)[:, room] ** 2))
-        found.append(left / power if power > 0.0 else 1.0)
+        found.append(_power(after.heldout, before, room) / power if power > 0.0 else 1.0)
         motion *= 2.0
     return found
 
@@ -101,9 +100,9 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     if inquiry.case.nothing_left(current):
         return inquiry
     for joint, steps in _coarse(inquiry.setting):
-        left = float(np.sum((current.heldout * current.weight)[:, room] ** 2))
-        own = (_by_steps(inquiry, joint, steps.size, False) * current.weight)[:, room]
-        share = float(np.sum(own**2)) / left if left > 0.0 else 0.0
+        left = _power(current.heldout, current, room)
+        own = _power(_by_steps(inquiry, joint, steps.size, False), current, room)
+        share = own / left if left > 0.0 else 0.0
         if MOSTLY <= share <= 1.0 / MOSTLY:  # more than is left was never there: where a joint stands, nothing trembles
             inquiry = _told(inquiry, joint, steps, share, "nothing smaller can be told")
     return inquiry
@@ -175,6 +174,11 @@ def _by_steps(inquiry: Inquiry, joint: str, size: float, training: bool) -> Arra
         other = replace(setting, training=given[0], heldout=given[1], _shown={}).case(*inquiry.band)
         ends.append(case.residual(other.laws if training else other.judged, inquiry.current))
     return np.asarray(ends[1] - ends[0])
+
+
+def _power(residual: Array, of: Explanation, room: NDArray[np.bool_]) -> float:
+    """Of all joints with ``room`` for steps, in the units that an explanation weighs them by."""
+    return float(np.sum((residual * of.weight)[:, room] ** 2))
 
 
 def _with_room(inquiry: Inquiry) -> NDArray[np.bool_]:
