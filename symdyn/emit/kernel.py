@@ -44,6 +44,27 @@ class Kernel:
     def has(self, function: str) -> bool:
         return hasattr(self.module, function)
 
+    def rows(self, name: str, *arguments: Array) -> Array:
+        """(m, ...) the function NAME or NAME_p of every row of its arguments; of NAME_p the last is the vector p.
+
+        The same as NAME_batch, whose checks and reshaping take Numba half a second for every function: compiled
+        code calls that one, Python this one.
+
+        Raises ValueError where shapes differ from those of SHAPES, AttributeError where there is no such function.
+        """
+        compiled = getattr(self.module, f"_{name}_rows", None) or getattr(self, name)
+        *expected, shape = self.module.SHAPES[name]
+        shared, count = name.endswith("_p"), len(arguments[0])
+        flat = []
+        for i, (values, entries) in enumerate(zip(arguments, expected, strict=True)):
+            wanted = entries if shared and i == len(expected) - 1 else (count, *entries)
+            if np.shape(values) != wanted:
+                raise ValueError(f"argument {i + 1} of {name} has the shape {np.shape(values)}, not {wanted}")
+            flat.append(np.require(values, np.float64, ["C", "W"]).reshape(-1))  # Numba compiles anew for any other kind
+        out = np.empty((count, *shape))
+        compiled(*flat, out.reshape(-1), np.intp(0), count)
+        return out
+
     @property
     def coordinates(self) -> tuple[str, ...]:
         return tuple(self.module.COORDINATES)

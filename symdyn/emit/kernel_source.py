@@ -33,19 +33,25 @@ def kernel_source(
             "title": about(equations),
             "version": __version__,
             "tables_doc": _tables_doc(free_parameters(equations)),
-            "tables": _tables(equations, further),
+            "tables": _tables(equations, forms, further),
             "block": str(BLOCK),
             "functions": "\n\n".join(pieces).rstrip("\n"),
         },
     )
 
 
-def _tables(equations: EquationsOfMotion, further: Mapping[str, str]) -> str:
+def _tables(equations: EquationsOfMotion, forms: Sequence[Form], further: Mapping[str, str]) -> str:
     """The constants of a kernel that say what each entry of each vector is, and its unit."""
     rows = {"ROBOT": repr(equations.robot.name)}
     rows |= {name: repr(entries) for name, entries in name_tables(equations).items()}
     rows["PARAMETER_VALUES"] = f"np.array([{', '.join(_number(v) for v in parameter_values(equations))}])"
+    rows["SHAPES"] = "{\n" + "".join(f"    {name!r}: {shapes!r},\n" for name, shapes in _shapes(forms).items()) + "}"
     return "\n".join(f"{name} = {value}" for name, value in (rows | dict(further)).items())
+
+
+def _shapes(forms: Sequence[Form]) -> dict[str, tuple[tuple[int, ...], ...]]:
+    """Of every function the shapes of its arguments and, last, of its result."""
+    return {form.name: (*((len(a.symbols),) for a in form.program.arguments), form.program.shape) for form in forms}
 
 
 def _function(form: Form) -> str:

@@ -57,5 +57,5 @@ def _random_columns(bench: Workbench, p: Array, names: Sequence[str]) -> Array:
     rng = np.random.default_rng(0)
     n = bench.effort.shape[1]
     states = [rng.uniform(-top, top, (STATES, n)) for top in (np.pi, SPEED, ACCELERATION)]
-    jacobian: Array = bench.kernel.inverse_dynamics_parameter_jacobian_p_batch(*states, p)
+    jacobian: Array = bench.kernel.rows("inverse_dynamics_parameter_jacobian_p", *states, p)
     return jacobian[:, :, [bench.index[name] for name in names]]

@@ -38,7 +38,8 @@ class Known:
             here = [np.ascontiguousarray(each[rows]) for each in motion]
             loaded = p.copy()
             loaded[index] = values
-            effort[rows] = kernel.inverse_dynamics_p_batch(*here, loaded) - kernel.inverse_dynamics_p_batch(*here, p)
+            with_it, without = (kernel.rows("inverse_dynamics_p", *here, x) for x in (loaded, p))
+            effort[rows] = with_it - without
         return effort
 
 

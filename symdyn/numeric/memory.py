@@ -53,7 +53,7 @@ def remembered(kernel: Kernel, q: Array, qd: Array, time: Array, segments: tuple
         if together:
             settle(rate, states[part.start], inputs[0], own, 2 * n)
         (advance_together if together else _advance)(rate, states[part], inputs[0], np.array(time[part]), own, 2 * n)
-    return np.asarray(kernel.actuation_p_batch(states, inputs, p))
+    return np.asarray(kernel.rows("actuation_p", states, inputs, p))
 
 
 @njit(  # type: ignore[untyped-decorator]

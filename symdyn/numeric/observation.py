@@ -137,7 +137,7 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
         inputs[:, driven_joints.index(joint.name)] = recording.channel(wanted, joint.name)
     states = np.zeros((count, len(kernel.states)))
     gains = np.array([reading.effort_gain for reading in declared(robot)])
-    driven = kernel.actuation_p_batch(states, inputs, kernel.values) / gains
+    driven = kernel.rows("actuation_p", states, inputs, kernel.values) / gains
     return np.where(np.isnan(direct), driven, direct)
 
 

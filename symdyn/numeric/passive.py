@@ -44,7 +44,7 @@ class Passive:
         where = [self._index[name] for name in names]
         for joint, inertia in zip(self.joints, self.inertia(p)[self.joints], strict=True):
             ends = [
-                self._kernel.inverse_dynamics_parameter_jacobian_p_batch(*x, p)[:, joint] for x in self._moves(joint)
+                self._kernel.rows("inverse_dynamics_parameter_jacobian_p", *x, p)[:, joint] for x in self._moves(joint)
             ]
             found[joint] = np.mean(ends[0] - ends[1], axis=0)[where] / inertia
         return found
@@ -53,7 +53,7 @@ class Passive:
         """(m,) of the passive joints."""
         if not self.joints:
             return np.zeros(0)
-        mass = self._kernel.mass_matrix_p_batch(self._q, p)
+        mass = self._kernel.rows("mass_matrix_p", self._q, p)
         return np.asarray(np.mean(mass[:, self.joints, self.joints], axis=0))
 
     def _moves(self, joint: int) -> tuple[tuple[Array, Array, Array], ...]:

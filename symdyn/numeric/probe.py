@@ -62,8 +62,8 @@ class Probe:
         plain, p = self.kernel.values, self._numbers(effect, values)
         q, qd, qdd = (np.ascontiguousarray(a[:, [joint]]) for a in (seen.q, seen.qd, seen.qdd))
         qdd = qdd if load is None else load[:, None]
-        batch = self.kernel.inverse_dynamics_p_batch
-        required = (batch(q, qd, qdd, p) - batch(q, qd, qdd, plain))[:, 0]
+        required, without = (self.kernel.rows("inverse_dynamics_p", q, qd, qdd, x)[:, 0] for x in (p, plain))
+        required = required - without
         if effect in self.memory:
             required = required - remembered(self.kernel, q, qd, seen.time, seen.segments, p)[:, 0]
         return np.asarray(required)

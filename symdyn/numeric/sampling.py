@@ -31,7 +31,7 @@ def left_by_sampling(laws: Laws, found: Found, fitted: Sequence[Fitted], p: Arra
     between, held = np.zeros_like(o.tau), np.zeros_like(o.tau)
     for share, sign in [(at, 1.0 / len(WITHIN)) for at in WITHIN] + [(0.0, -1.0)]:
         moved = replace(o, qd=o.qd + share * o.sample_time * o.qdd)
-        between += sign * bench.kernel.inverse_dynamics_p_batch(moved.q, moved.qd, moved.qdd, p)
+        between += sign * bench.kernel.rows("inverse_dynamics_p", moved.q, moved.qd, moved.qdd, p)
         for (candidate, _), values in zip(found, fitted, strict=True):
             probe, joint = laws.probes[key_of(candidate)], laws.joint(candidate)
             if candidate.effect not in probe.memory:  # what remembers does not jump
@@ -49,5 +49,5 @@ def left_by_derivatives(bench: Workbench, p: Array) -> Array:
     o, bent = bench.observation, np.zeros_like(bench.observation.q)
     for part in o.segments:
         bent[part] = derivative(derivative(o.q[part], o.time[part]), o.time[part]) - o.qdd[part]
-    inertia = bench.kernel.mass_matrix_p_batch(np.ascontiguousarray(o.q), p)
+    inertia = bench.kernel.rows("mass_matrix_p", np.ascontiguousarray(o.q), p)
     return np.asarray(bench.bring(np.einsum("kij,kj->ki", inertia, bent)) * bench.counted)

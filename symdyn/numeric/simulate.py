@@ -93,7 +93,7 @@ def simulate(
         )
     states = np.ascontiguousarray(solution.y.T)
     drive = np.array([control(t) for t in time]).reshape(len(time), -1)
-    outputs = kernel.output_batch(states, drive) if kernel.outputs else np.zeros((len(time), 0))
+    outputs = kernel.rows("output", states, drive) if kernel.outputs else np.zeros((len(time), 0))
     return Trajectory(time, states, drive, outputs, kernel.states, int(solution.nfev))
 
 

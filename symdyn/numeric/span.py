@@ -46,12 +46,12 @@ class Span:
 
     def slopes(self, p: Array, names: Sequence[str], index: dict[str, int]) -> Array:
         """(r, k) d coefficients / d parameter."""
-        jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self.motion, p)
+        jacobian = self.kernel.rows("inverse_dynamics_parameter_jacobian_p", *self.motion, p)
         chosen = jacobian[:, :, [index[name] for name in names]]
         return np.asarray(self.inverse @ chosen.reshape(-1, len(names)))
 
     def _change(self, p: Array) -> Array:
-        return np.asarray(self.kernel.inverse_dynamics_p_batch(*self.motion, p).reshape(-1) - self.at_start)
+        return np.asarray(self.kernel.rows("inverse_dynamics_p", *self.motion, p).reshape(-1) - self.at_start)
 
 
 def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motion: tuple[Array, Array, Array]) -> Span:
@@ -71,8 +71,8 @@ def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motio
         return point
 
     points, others = [start], [moved(size), moved(large)]
-    at_start = kernel.inverse_dynamics_p_batch(*chosen, start).reshape(-1)
-    asked = [kernel.inverse_dynamics_p_batch(*chosen, other).reshape(-1, 1) - at_start[:, None] for other in others]
+    at_start = kernel.rows("inverse_dynamics_p", *chosen, start).reshape(-1)
+    asked = [kernel.rows("inverse_dynamics_p", *chosen, other).reshape(-1, 1) - at_start[:, None] for other in others]
     asked += [_columns(kernel, chosen, other, where) for other in others]
     collected, exact = [_columns(kernel, chosen, start, where)], False
     while not exact and len(points) <= POINTS:
@@ -90,7 +90,7 @@ def find_span(kernel: Kernel, names: Sequence[str], index: dict[str, int], motio
 
 def _columns(kernel: Kernel, motion: tuple[Array, Array, Array], p: Array, where: Sequence[int]) -> Array:
     """(M n, k) d inverse dynamics / d parameter; nothing where that is none."""
-    jacobian = kernel.inverse_dynamics_parameter_jacobian_p_batch(*motion, p)
+    jacobian = kernel.rows("inverse_dynamics_parameter_jacobian_p", *motion, p)
     chosen = jacobian[:, :, where].reshape(-1, len(where))
     return np.asarray(np.where(np.isfinite(chosen), chosen, 0.0))
 

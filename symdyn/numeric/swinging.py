@@ -9,6 +9,7 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
+from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ def started(kernel: Kernel, time: Array, segments: tuple[slice, ...], p: Array) 
             states = np.zeros((len(time), count))
             states[part.start, i] = 1.0
             advance_together(rate, states[part], inputs[0], np.array(time[part]), own, 2 * n)
-            found.append(kernel.actuation_p_batch(states, inputs, p))
+            found.append(kernel.rows("actuation_p", states, inputs, p))
     return np.stack(found, axis=2)
 
 
@@ -89,6 +90,53 @@ def settle(rate: Any, state: Array, control: Array, p: Array, first: int) -> Non
     state[first:] -= np.linalg.solve(slopes, plain)
 
 
+@compiled
+def _product(left: Array, right: Array, result: Array, by: float) -> None:
+    """Left @ right * by, of square matrices. Loops, here and below: array expressions take Numba 10 s to compile."""
+    size = len(left)
+    for i in range(size):
+        for j in range(size):
+            entry = 0.0
+            for k in range(size):
+                entry += left[i, k] * right[k, j]
+            result[i, j] = entry * by
+
+
+@compiled
+def _phi(slopes: Array, step: float, shares: Array, whole: Array, power: Array, term: Array, total: Array) -> None:
+    """``shares`` (h, 2 h) = step [phi1, phi2](step ``slopes``), from the exponential of a matrix (3 h, 3 h); the rest
+    is room for it."""
+    hidden, size, largest = len(slopes), len(whole), 0.0
+    for i in range(size):
+        for j in range(size):
+            whole[i, j] = 1.0 if j == i + hidden else 0.0
+            if i < hidden and j < hidden:
+                whole[i, j] = step * slopes[i, j]
+            largest = max(largest, abs(whole[i, j]))
+    halvings = 0
+    while largest * hidden > HALF and halvings < MOST:
+        largest *= 0.5
+        halvings += 1
+    for i in range(size):
+        for j in range(size):
+            whole[i, j] *= 0.5**halvings
+            power[i, j] = total[i, j] = 1.0 if i == j else 0.0
+    for count in range(1, TERMS):
+        _product(power, whole, term, 1.0 / count)
+        for i in range(size):
+            for j in range(size):
+                power[i, j] = term[i, j]
+                total[i, j] += term[i, j]
+    for _ in range(halvings):
+        _product(total, total, term, 1.0)
+        for i in range(size):
+            for j in range(size):
+                total[i, j] = term[i, j]
+    for i in range(hidden):
+        for j in range(2 * hidden):
+            shares[i, j] = step * total[i, hidden + j]
+
+
 @njit(  # type: ignore[untyped-decorator]
     types.void(RATE, MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, error_model="numpy"
 )
@@ -102,7 +150,11 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
     hidden = size - first
     x, plain, slopes = np.empty(size), np.empty(hidden), np.empty((hidden, hidden))
     before, after = np.empty(hidden), np.empty(hidden)
-    known, spent, shares = np.full((hidden, hidden), np.inf), 0.0, np.empty((hidden, 2 * hidden))
+    known, spent, shares = np.zeros((hidden, hidden)), 0.0, np.empty((hidden, 2 * hidden))
+    whole, power, term, total = (
+        np.empty((3 * hidden, 3 * hidden)), np.empty((3 * hidden, 3 * hidden)),
+        np.empty((3 * hidden, 3 * hidden)), np.empty((3 * hidden, 3 * hidden)),
+    )  # fmt: skip
     for k in range(count - 1):
         step = time[k + 1] - time[k]
         for i in range(first):
@@ -110,29 +162,21 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
         for i in range(first, size):
             x[i] = states[k, i]
         _jacobian(rate, x, control, p, plain, slopes)
-        changed = abs(step - spent) > SAME * step
+        changed = k == 0 or abs(step - spent) > SAME * step
         for i in range(hidden):
             for j in range(hidden):
                 changed = changed or not abs(slopes[i, j] - known[i, j]) <= SAME * (1.0 + abs(slopes[i, j]))
         if changed:
-            known[:], spent = slopes, step
-            whole = np.zeros((3 * hidden, 3 * hidden))
-            whole[:hidden, :hidden] = step * slopes
-            whole[: 2 * hidden, hidden:] = np.eye(2 * hidden)
-            halvings = 0
-            while np.abs(whole).max() * hidden > HALF and halvings < MOST:
-                whole *= 0.5
-                halvings += 1
-            total, power = np.eye(3 * hidden), np.eye(3 * hidden)
-            for term in range(1, TERMS):
-                power = power @ whole / term
-                total += power
-            for _ in range(halvings):
-                total = total @ total
-            shares[:] = step * total[:hidden, hidden:]
-        x[:first] = states[k, :first]
+            spent = step
+            for i in range(hidden):
+                for j in range(hidden):
+                    known[i, j] = slopes[i, j]
+            _phi(slopes, step, shares, whole, power, term, total)
+        for i in range(first):
+            x[i] = states[k, i]
         rate(x, control, p, before)
-        x[:first] = states[k + 1, :first]
+        for i in range(first):
+            x[i] = states[k + 1, i]
         rate(x, control, p, after)
         for i in range(hidden):
             moved = 0.0

@@ -67,8 +67,8 @@ class Workbench:
             return self.effort
         q, _, qdd = self._motion
         rest, p = np.zeros_like(q), self.kernel.values
-        inertial = self.kernel.inverse_dynamics_p_batch(q, rest, qdd, p)
-        inertial = inertial - self.kernel.inverse_dynamics_p_batch(q, rest, rest, p)
+        inertial = self.kernel.rows("inverse_dynamics_p", q, rest, qdd, p)
+        inertial = inertial - self.kernel.rows("inverse_dynamics_p", q, rest, rest, p)
         return np.asarray(np.where(idle, self.bring(inertial) * self.counted, self.effort))
 
     def raw_residual(self, p: Array, speed: Array | None = None) -> Array:
@@ -77,7 +77,7 @@ class Workbench:
         Hidden states follow from the measured motion; what they exert counts as required effort.
         """
         o, (q, qd, qdd) = self.observation, self._motion
-        required: Array = self.kernel.inverse_dynamics_p_batch(q, qd if speed is None else speed, qdd, p)
+        required: Array = self.kernel.rows("inverse_dynamics_p", q, qd if speed is None else speed, qdd, p)
         if self._remembers:
             required = required - remembered(self.kernel, o.q, o.qd, o.time, o.segments, p)
         return o.tau - required - self._besides
@@ -97,7 +97,7 @@ class Workbench:
 
     def columns(self, p: Array, names: Sequence[str]) -> Array:
         """(K, n, k) d inverse dynamics / d parameter, in the analysis band."""
-        jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
+        jacobian = self.kernel.rows("inverse_dynamics_parameter_jacobian_p", *self._motion, p)
         chosen = np.ascontiguousarray(jacobian[:, :, [self.index[name] for name in names]])
         for i in [i for i, name in enumerate(names) if name in self._lasting]:
             chosen[:, :, i] -= self._slope_of_memory(p, self.index[names[i]])
@@ -137,7 +137,7 @@ class Workbench:
             for point, p in enumerate(span.points):
                 mine = [i for i, (of, _) in enumerate(span.sources) if of == point]
                 if mine:
-                    jacobian = self.kernel.inverse_dynamics_parameter_jacobian_p_batch(*self._motion, p)
+                    jacobian = self.kernel.rows("inverse_dynamics_parameter_jacobian_p", *self._motion, p)
                     raw[:, :, mine] = jacobian[:, :, [self.index[key[span.sources[i][1]]] for i in mine]]
             self._spans[key] = span, np.ascontiguousarray(self.bring(raw) * self.counted[:, :, None])
         return self._spans[key]

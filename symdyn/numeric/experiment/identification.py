@@ -92,7 +92,7 @@ def _information(model: Explained, family: Family, point: Array, noise: Noise, s
     if motion is None:
         return None
     fed = (np.ascontiguousarray(values) for values in (motion.q, motion.qd, motion.qdd))
-    jacobian = model.kernel.inverse_dynamics_parameter_jacobian_p_batch(*fed, model.p)
+    jacobian = model.kernel.rows("inverse_dynamics_parameter_jacobian_p", *fed, model.p)
     at = [model.kernel.parameters.index(name) for name in model.names]
     columns = (jacobian[:, :, at] * noise.weight[:, None] * size).reshape(-1, len(at))
     return np.asarray(columns.T @ columns * (family.duration * noise.rate / len(motion.time)))

@@ -7,7 +7,7 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.kinks import FINEST, HASTY, KINK, PATIENCE, RUNGS, bent, reach
-from symdyn.numeric.filtering.transition import HALVES, carry, product, room, transition
+from symdyn.numeric.filtering.transition import HALVES, carry, copy, product, room, transition
 from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -27,8 +27,9 @@ _to_matrix = types.FunctionType(types.none(_vector, _vector, _vector, _matrix))
 @compiled
 def _begin(cov: Array, p0: Array, power: Array, n: int) -> None:
     """Covariance before the first sample, and after a gap: of the state, and of forces as they usually are."""
-    cov[:] = 0.0
-    cov[:n, :n] = p0
+    for i in range(len(cov)):
+        for j in range(len(cov)):
+            cov[i, j] = p0[i, j] if i < n and j < n else 0.0
     for i in range(len(power)):
         cov[n + i, n + i] = power[i]
 
@@ -105,18 +106,24 @@ def run(  # type: ignore[no-untyped-def]
     wide, wide_z, wide_q = room(na), room(nz), room(q)
     x, w, kept = np.zeros((filters, n)), np.zeros((filters, nl)), np.zeros((filters, nl))
     rate, out = np.zeros(n), np.zeros(outputs)
-    a_old, c_all = np.full((na, na), np.nan), np.zeros((len(out), n))
+    a_old, c_all = np.empty((na, na)), np.zeros((len(out), n))
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
     there, arrived, usual, ahead, push = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu), np.zeros(n)
     a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     # of [x, u]: an input goes straight along its slope
     change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    ladder, a_ladder = np.zeros((RUNGS, 3, wide, wide)), np.full((na, na), np.nan)  # of pieces of a step
-    built, h_ladder = 0, -1.0
+    ladder, a_ladder = np.zeros((RUNGS, 3, wide, wide)), np.empty((na, na))  # of pieces of a step
+    built, h_ladder = 0 * count, -1.0  # no literal, or ``reach`` is compiled twice
     halves, many = np.zeros((HALVES, 3, wide, wide)), 0
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
     by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
-    pushes = np.array([i for i in range(len(p)) if np.any(latent[i] != 0.0)], dtype=np.int64)
+    pushes, pushing = np.empty(len(p), dtype=np.int64), 0  # parameters that latent forces go along
+    for i in range(len(p)):
+        for j in range(nl):
+            if latent[i, j] != 0.0:
+                pushes[pushing] = i
+                pushing += 1
+                break
     force, forced = np.zeros((wide, room(nl))), np.zeros((wide, room(nl)))
     dz, source, growth, moved = (  # those of rates have rows for inputs: zero, as integrals reach over both
         np.zeros((wide_z, wide_q)),
@@ -131,7 +138,8 @@ def run(  # type: ignore[no-untyped-def]
     steady = np.zeros(filters, dtype=np.bool_)  # gains as before: neither the machine nor its covariance changed
     for v in range(filters):
         loss[v] = 0.0
-        x[v] = x0
+        for i in range(n):
+            x[v, i] = x0[i]
         _begin(covs[v], p0, power[v], n)
     for k in range(count):
         # what was measured
@@ -143,7 +151,8 @@ def run(  # type: ignore[no-untyped-def]
                     g_x(here, u[k], p, c_all)
                     if q:
                         g_p(here, u[k], p, outputs_by_p)
-            shown[:] = here
+            for i in range(n):
+                shown[i] = here[i]
             for c in range(m):
                 if np.isnan(y[k, c]):
                     e[v, k, c], s[v, k, c] = 0.0, 1.0
@@ -165,7 +174,8 @@ def run(  # type: ignore[no-untyped-def]
                     for i in range(n, nz):
                         row[i] = 0.0
                 if not steady[v]:
-                    gain[:] = 0.0
+                    for i in range(nz):
+                        gain[i] = 0.0
                     for j in range(nz):
                         if row[j] != 0.0:  # most channels show one state
                             for i in range(nz):
@@ -204,16 +214,19 @@ def run(  # type: ignore[no-untyped-def]
             break
         # the way to the next sample
         if not np.isfinite(steps[k]):
-            steady[:] = False
-            dz[:] = 0.0
+            for i in range(nz):
+                for j in range(q):
+                    dz[i, j] = 0.0
             for v in range(filters):
+                steady[v] = False
                 _begin(covs[v], p0, power[v], n)
                 for c in range(m):
                     if signals[c] < n and not np.isnan(y[k + 1, c]):
                         x[v, signals[c]] = y[k + 1, c]
             continue
         whole, part, length = steps[k] / substeps, 0, FINEST
-        control[:] = u[k]
+        for j in range(nu):
+            control[j] = u[k, j]
         unchanged, kinked, pieces = True, False, 0
         while part < substeps * FINEST:
             f(x[0], control, p, rate)
@@ -236,11 +249,12 @@ def run(  # type: ignore[no-untyped-def]
                 if not same:
                     many = transition(a, na, whole, q > 0, change, integral, ramp, term, space, halves)
                 if bent(
-                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, integral, whole, KINK, False, usual,
+                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, integral, whole, KINK, 0.0, usual,
                     there, ahead, arrived, by_x,
                 ):  # fmt: skip
                     length, kinked = 0, True
-                    straight[:] = there
+                    for i in range(n):
+                        straight[i] = there[i]
             if length != FINEST:
                 same, many = False, 0
                 if whole != h_ladder:
@@ -250,7 +264,10 @@ def run(  # type: ignore[no-untyped-def]
                         if not abs(a[i, j] - a_ladder[i, j]) <= ALIKE * abs(a_ladder[i, j]):
                             built = 0
                 if built == 0:
-                    a_ladder[:], h_ladder = a[:na, :na], whole
+                    h_ladder = whole
+                    for i in range(na):
+                        for j in range(na):
+                            a_ladder[i, j] = a[i, j]
                 length, built = reach(
                     f, f_x, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, ladder, built,
                     change, integral, ramp, usual, there, ahead, arrived, by_x, term, space, halves,
@@ -260,8 +277,10 @@ def run(  # type: ignore[no-untyped-def]
             part += length
             h = whole * (length / FINEST)
             if not same:
-                a_old[:] = a[:na, :na]
                 unchanged, h_old = False, h
+                for i in range(na):
+                    for j in range(na):
+                        a_old[i, j] = a[i, j]
                 for v in range(filters):
                     if steady[v]:  # what was left out while nothing changed
                         steady[v] = False
@@ -277,7 +296,7 @@ def run(  # type: ignore[no-untyped-def]
                 for i in range(n):
                     for j in range(nl):
                         force[i, j] = 0.0
-                        for c in pushes:
+                        for c in pushes[:pushing]:
                             force[i, j] += by_p[i, c] * latent[c, j]
                 if nl:
                     product(integral, force, n, n, forced)
@@ -341,11 +360,11 @@ def run(  # type: ignore[no-untyped-def]
                             for c in range(nl):
                                 source[i, j] += force[i, c] * dz[n + c, j]
                     if level:
-                        change_h, integral_h, ramp_h = halves[level - 1]
-                        carry(change_h, integral_h, ramp_h, n, source, growth, moved, dz)
+                        own = halves[level - 1]
+                        carry(own[0], own[1], own[2], n, source, growth, moved, dz)
                     else:
                         carry(change, integral, ramp, n, source, growth, moved, dz)
-                    by_p[:] = by_p_there
+                    copy(by_p_there, by_p)
                 for j in range(nl):
                     for i in range(q):
                         dz[n + j, i] *= kept[0, j]
@@ -381,8 +400,12 @@ def run(  # type: ignore[no-untyped-def]
                         steady[v] = False
             for i in range(nz):
                 predicted[v, i] = covs[v, i, i]
-            if not np.all(np.isfinite(x[v])):
+            lost = False
+            for i in range(n):
+                lost = lost or not np.isfinite(x[v, i])
+            if lost:
                 loss[v] = np.inf
                 if v == 0:
-                    loss[:] = np.inf
+                    for other in range(filters):
+                        loss[other] = np.inf
                     return

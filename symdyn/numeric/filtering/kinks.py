@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.transition import double, transition
+from symdyn.numeric.filtering.transition import copy, double, transition
 from symdyn.numeric.hybrid.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -23,14 +23,15 @@ PATIENCE, HASTY = 64, 4  # pieces of one step, after which none is shorter than 
 @compiled
 def bent(
     f: Rate, f_x: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array,
-    integral: Array, h: float, limit: float, settles: bool, usual: Array, there: Array, ahead: Array, arrived: Array,
+    integral: Array, h: float, limit: float, settles: float, usual: Array, there: Array, ahead: Array, arrived: Array,
     by_x: Array,
 ) -> bool:  # fmt: skip
     """Whether the rate after ``h`` seconds is off by more than ``limit`` usual rates from what ``a``, of [x, u], says.
 
     ``rate`` (n,) is f at the start, ``push`` (n,) what unknown forces add to it, ``integral`` that of exp(a t) over
     0..h. ``there`` (n,) gets the state then; ``ahead`` (nu,), ``arrived`` (n,) and ``by_x`` (n, n) are for use here.
-    Where ``settles``, what settles far sooner than h, here and there (a body that sticks), is off no longer than that.
+    With ``settles`` 1.0, not 0.0, what settles far sooner than h, here and there (a body that sticks), is off no longer
+    than that.
     """
     n, nu = len(x), len(u)
     for i in range(n):
@@ -51,7 +52,7 @@ def bent(
             expected += a[i, n + j] * h * slope_u[j]
         off = abs(arrived[i] - expected)
         if off > limit * usual[i]:
-            if not settles:
+            if settles == 0.0:
                 return True
             if not known:
                 known = True
@@ -101,7 +102,8 @@ def reach(
     limit, length, rung = KINK * (FINEST / FINE), 1, 0
     while 2 * length <= left:
         if rung + 1 == built:
-            ladder[built] = ladder[rung]
+            for i in range(3):
+                copy(ladder[rung, i], ladder[built, i])
             double(ladder[built, 0], ladder[built, 1], ladder[built, 2], na, ramped, space)
             built += 1
         if rung < first:
@@ -109,7 +111,7 @@ def reach(
             continue
         h, after = whole * (2 * length / FINEST), ladder[rung + 1, 1]
         if bent(
-            f, f_x, x, u, slope_u, p, rate, push, a, after, h, limit / (2 * length), True, usual,
+            f, f_x, x, u, slope_u, p, rate, push, a, after, h, limit / (2 * length), 1.0, usual,
             there, ahead, arrived, by_x,
         ):  # fmt: skip
             break
@@ -118,16 +120,18 @@ def reach(
         h = whole * (left / FINEST)
         transition(a, na, h, ramped, change, integral, ramp, term, space, halves)
         if not bent(
-            f, f_x, x, u, slope_u, p, rate, push, a, integral, h, limit / left, True, usual,
+            f, f_x, x, u, slope_u, p, rate, push, a, integral, h, limit / left, 1.0, usual,
             there, ahead, arrived, by_x,
         ):  # fmt: skip
             return left, built
     if rung <= first:
         h, after = whole * (length / FINEST), ladder[rung, 1]
-        if bent(f, f_x, x, u, slope_u, p, rate, push, a, after, h, KINK, True, usual, there, ahead, arrived, by_x):
+        if bent(f, f_x, x, u, slope_u, p, rate, push, a, after, h, KINK, 1.0, usual, there, ahead, arrived, by_x):
             stiffen(a, x, there, rate, arrived, ahead, u)
             own = ladder[rung]
             transition(a, na, h, ramped, own[0], own[1], own[2], term, space, halves)
             built = 0
-    change[:], integral[:], ramp[:] = ladder[rung, 0], ladder[rung, 1], ladder[rung, 2]
+    copy(ladder[rung, 0], change)
+    copy(ladder[rung, 1], integral)
+    copy(ladder[rung, 2], ramp)
     return length, built

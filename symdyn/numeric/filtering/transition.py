@@ -32,12 +32,22 @@ def product(a: Array, b: Array, rows: int, inner: int, out: Array) -> None:
 
 
 @compiled
+def copy(source: Array, out: Array) -> None:
+    """out[:] = source, of two matrices; as loops, since Numba takes seconds to compile that."""
+    for i in range(len(source)):
+        for j in range(source.shape[1]):
+            out[i, j] = source[i, j]
+
+
+@compiled
 def balanced_norm(a: Array, n: int) -> float:
     """Largest row sum of |D A D^-1|, D diagonal and chosen to make it small (Osborne 1960): free of units.
 
     The series of exp(A) is as good as that of the balanced matrix, entry by entry.
     """
-    d = np.ones(n)
+    d = np.empty(n)
+    for i in range(n):
+        d[i] = 1.0
     for _ in range(SWEEPS):
         for i in range(n):
             row, column = 0.0, 0.0
@@ -102,7 +112,8 @@ def transition(
     count = n * a.shape[1]
     flat_integral, flat_ramp = integral.ravel(), ramp.ravel()  # views
     flat_term, flat_work = term.ravel(), work.ravel()
-    term[:], integral[:], ramp[:] = 0.0, 0.0, 0.0
+    for i in range(count):
+        flat_term[i] = flat_integral[i] = flat_ramp[i] = 0.0
     for i in range(n):
         term[i, i] = integral[i, i] = h
         ramp[i, i] = 0.5 * h * h
@@ -117,7 +128,9 @@ def transition(
     product(a, integral, n, n, change)
     for left in range(doublings, 0, -1):
         if ramped and left <= HALVES:
-            halves[left - 1, 0], halves[left - 1, 1], halves[left - 1, 2] = change, integral, ramp
+            copy(change, halves[left - 1, 0])
+            copy(integral, halves[left - 1, 1])
+            copy(ramp, halves[left - 1, 2])
         double(change, integral, ramp, n, ramped, work)
     return min(doublings, HALVES) if ramped else 0
 

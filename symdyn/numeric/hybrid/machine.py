@@ -76,11 +76,11 @@ class Machine:
 
     def rows(self, name: str, x: Array, u: Array, s: Array) -> Array:
         """The same for many: x (m, nx), u (m, nu), s (m, switches)."""
-        form = f"{name}_batch" if self.p is None else f"{name}_p_batch"
+        form = name if self.p is None else f"{name}_p"
         if not self.kernel.has(form):
             return np.zeros((len(x), 0))
         arguments = (x, u, s) if self.p is None else (x, u, s, self.p)
-        return np.asarray(getattr(self.kernel, form)(*arguments))
+        return self.kernel.rows(form, *arguments)
 
     def base(self, number: int, systems: Array, outputs: Array, parameters: Array) -> Base:
         """Affine systems of B sets with one combination of contacts and limits, stacked as (B, ...).
