@@ -20,7 +20,7 @@ from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
 from symdyn.numeric.leftover import leftover, variables
-from symdyn.numeric.locate import Left, located
+from symdyn.numeric.locate import Left, located, with_found
 from symdyn.numeric.mechanics import mechanical_kernel
 from symdyn.numeric.noise_floor import in_band, independent_samples, noise_density
 from symdyn.numeric.rounding import left_by_steps
@@ -99,7 +99,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         training=training,
         heldout=heldout,
         traces=_traces((first.judge, given.fit.p), (judge, emitted.values), densities[1], tuple(case.joints)),
-        located=_with_rest(where_and_when(first, given), remaining, judge, groups),
+        located=_with_rest(with_found(where_and_when(first, given), findings), remaining, judge, groups),
         noise_floor=_noise_floor(case, (bench, judge), whole),
         per_joint_before={joint: Errors(float(a), float(b)) for joint, a, b in as_given},
     )

@@ -121,7 +121,8 @@ class Finding:
 class Located:
     """A place where the model as given does not account for the recording, and when it does not.
 
-    ``evidence`` in nats is how much a free-form force there would raise the held-out log-likelihood;
+    ``evidence`` in nats is how much a free-form force there would raise the held-out log-likelihood, or what was found
+    there, if no force of a free form told of it;
     ``when`` says what the mismatch follows, strongest first: "sign of speed", "low speed", "reversal" ...
     """
 

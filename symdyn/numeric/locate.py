@@ -11,7 +11,7 @@ from scipy import signal
 
 from symdyn.numeric.conditions import Condition, conditions
 from symdyn.numeric.evidence import coloured_gain, gaussian_gain
-from symdyn.numeric.findings import Located
+from symdyn.numeric.findings import Finding, Located
 from symdyn.numeric.free_form import Fitted, FreeForm
 from symdyn.numeric.leftover import SLOW_SHARE, slow_share
 from symdyn.numeric.noise_floor import independent_samples
@@ -71,6 +71,17 @@ def located(
             latent = coloured_gain(residuals.training[:, j], residuals.heldout[:, j], judge.samples_per_period)
             found.append(Located(joint, tuple(groups[j]), max(gain, latent), tuple(when)))
     return tuple(sorted((f for f in found if f.evidence > 0.0), key=lambda f: -f.evidence))
+
+
+def with_found(places: tuple[Located, ...], findings: Sequence[Finding]) -> tuple[Located, ...]:
+    """With the places at which an effect was found though no condition told of it, such as in a few coarse samples."""
+    known = {place for at in places for place in (at.place, *at.group)}
+    new = []
+    for found in findings:
+        if found.evidence > 0.0 and not known & {found.place, *found.group}:
+            known |= {found.place, *found.group}
+            new.append(Located(found.place, found.group, found.evidence))
+    return tuple(sorted((*places, *new), key=lambda at: -at.evidence))
 
 
 def _follow(form: FreeForm, left: Left, tried: Sequence[Condition], j: int, level: float) -> tuple[Left, list[str]]:

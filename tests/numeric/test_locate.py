@@ -12,7 +12,8 @@ from symdyn.numeric.conclude import where_and_when
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.excitation import unexcited
 from symdyn.numeric.explanation import Case
-from symdyn.numeric.findings import Located
+from symdyn.numeric.findings import Finding, Located
+from symdyn.numeric.locate import with_found
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.position_noise import speed_noise
 from symdyn.numeric.recording import Recording
@@ -134,3 +135,12 @@ def test_evidence_and_group_stand_in_the_finding(robot: Robot) -> None:
     (first,), (second,) = short.findings, long.findings
     assert (first.group, second.group) == (("arm",), ("arm",))
     assert 50.0 < first.evidence < second.evidence
+
+
+def test_a_place_where_an_effect_was_found_is_told_where_no_condition_pointed_at_it() -> None:
+    def finding(place: str, evidence: float, *group: str) -> Finding:
+        return Finding("spring", "spring", place, {}, 0.1, 0.01, 0.0, (), group=group, evidence=evidence)
+
+    told = Located("j1", ("j1", "j1.motor"), 20.0, ("speed",))
+    found = [finding("j1.motor", 90.0, "j1.motor"), finding("j2", 50.0), finding("j2", 9.0), finding("j3", 0.0)]
+    assert with_found((told,), found) == (Located("j2", (), 50.0), told)
