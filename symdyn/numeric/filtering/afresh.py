@@ -82,24 +82,27 @@ def astray(model: Model, current: Explanation) -> bool:
 
 
 def unburdened(
-    model: Model, current: Explanation, best: Step, tried: Sequence[Step], alarms: list[str]
-) -> tuple[Step, tuple[Step, ...]]:
+    model: Model, current: Explanation, best: Step | None, tried: Sequence[Step], alarms: list[str]
+) -> tuple[Step | None, tuple[Step, ...]]:
     """The likeliest step, and all that were tried, fitted on without the unknown force, which is let in again.
 
     A force that did an effect's work does not let go of it by small steps, and bends parameters beside it (an arm's
     inertia by a tenth, 15 000 nats from where dry friction alone tells all). What was behind ``best`` by less than
     that brought, the same law at a neighbour's among it, is asked as well: only what was fitted alike can be compared.
+    Where nothing earned its place beside such a force, the likeliest of what was worth its price begins.
     """
-    let_go = _let_go(model, current, best)
-    if let_go is best:
+    worth = [s for s in tried if s.gain > WORTH + price(model, s.score.candidate)]
+    first = best or min(worth, key=lambda s: s.after.fit.loss, default=None)
+    let_go = _let_go(model, current, first) if first else None
+    if first is None or let_go is None or let_go is first:
         return best, tuple(tried)
-    brought = best.after.fit.loss - let_go.after.fit.loss
-    behind = [s for s in tried if s is not best and s.after.fit.loss < best.after.fit.loss + brought]
-    near = [s for s in behind if s.gain > WORTH + price(model, s.score.candidate)]
-    near = sorted(near, key=lambda s: s.after.fit.loss)[:TRIED]
+    brought = first.after.fit.loss - let_go.after.fit.loss
+    behind = [s for s in worth if s is not first and s.after.fit.loss < first.after.fit.loss + brought]
+    near = sorted(behind, key=lambda s: s.after.fit.loss)[:TRIED]
     others = side_by_side(lambda s: _let_go(model, current, s), near)
-    alike = dict(zip([best, *near], [let_go, *others], strict=True))
-    return that_earns(model, current, tuple(alike.values()), alarms) or let_go, tuple(alike.get(s, s) for s in tried)
+    alike = dict(zip([first, *near], [let_go, *others], strict=True))
+    chosen = that_earns(model, current, tuple(alike.values()), alarms) or (let_go if best else None)
+    return chosen, tuple(alike.get(s, s) for s in tried)
 
 
 def _let_go(model: Model, current: Explanation, step: Step) -> Step:

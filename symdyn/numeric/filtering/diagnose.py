@@ -63,8 +63,7 @@ def diagnose_hidden(
         remembering = lasting(model, current) if doubt else ()
         rival = max((each.beyond for each in remembering), default=0.0)
         best, tried = step(model, current, alarms, progress, rival, doubt)
-        if best is not None:
-            best, tried = unburdened(model, current, best, tried, alarms)
+        best, tried = unburdened(model, current, best, tried, alarms)
         laws: Laws = ()
         if current.found != asked and promises_most(model, current, best, remembering):
             laws = laws_with_memory(model, current, best, remembering, recordings, progress)
