@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from symdyn.numeric.filtering.afresh import TWICE, as_given, let_in, off
 from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench
-from symdyn.numeric.filtering.explain import ROUGH, ROUNDS, Progress, fitted, ready
+from symdyn.numeric.filtering.explain import LIKELY, ROUGH, ROUNDS, Progress, fitted, ready
 from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.judged import Explanation, Step, that_earns
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import brief
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Score, scores
+from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.physics import with_play
 
 Array = NDArray[np.float64]
@@ -31,7 +32,8 @@ def loosened(
 
     Only where free runs are off by twice the sensors' noise with the best of all else, or by more than that noise where
     nothing else is found. Each fit begins with the model as given, with some play, and with forces of which nothing is
-    known, so that flanks may meet when they do; what is no likelier then than the same without play is none.
+    known, so that flanks may meet when they do; what is no likelier then than the same without play is none. Of several
+    plays those go on that a stretch of the recording finds about as likely as the likeliest.
     """
     plays = [c for c in ready(model, current) if c.effect in with_play()]
     if not plays or not (off(model, best.after, TWICE) if best else off(model, current)):
@@ -43,28 +45,42 @@ def loosened(
         s for s in scores(quiet, given, tuple(beliefs), plays, progress) if twists[s.candidate.place.address] > 0.0
     ]
 
-    part = brief(model)  # tells where a fit may begin, in a third of the time or less
+    part = brief(model)  # tells where a fit may begin, in a third of the time or less, and which play is likely
     short = part.bench(part.training, quiet.noise, quiet.held)
 
-    def near(start: Array, names: Beliefs) -> MLFit:
+    def on_a_stretch(start: Array, names: Beliefs) -> MLFit:
         ways = (graduated(part, short.with_inputs(held), start, names) for held in (quiet.held, not quiet.held))
-        best = min((fit(*way, names, settled=ROUGH, most=ROUNDS) for way in ways), key=lambda each: each.loss)
-        whole = model.bench(model.training, best.bench.noise, best.bench.held)
-        return fit(whole, best.p, names, settled=ROUGH, most=ROUNDS)
+        return min((fit(*way, names, settled=ROUGH, most=ROUNDS) for way in ways), key=lambda each: each.loss)
 
-    def begin(score: Score) -> MLFit:
+    def on_all(brief: MLFit) -> MLFit:
+        bench = model.bench(model.training, brief.bench.noise, brief.bench.held)
+        return fit(bench, brief.p, brief.beliefs, settled=ROUGH, most=ROUNDS)
+
+    def loose_by(score: Score) -> MLFit:
+        progress(f"some {score.candidate.label}")
         start = given.copy()
         (clearance,) = score.candidate.linear
         start[bench.index[score.candidate.parameter(clearance)]] = PART * twists[score.candidate.place.address]
-        return near(start, dict(beliefs) | candidate_beliefs(score.candidate, None))
+        return on_a_stretch(start, dict(beliefs) | candidate_beliefs(score.candidate, None))
 
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
 
-    tight = near(given, beliefs)
-    found = fitted(model, current, known, progress, begin, end, least=tight.loss)
+    if not known:
+        return best, tuple(tried)
+    tight, *loose = side_by_side(lambda s: loose_by(s) if s else on_a_stretch(given, beliefs), [None, *known])
+    gains = [tight.loss - each.loss for each in loose]
+    least = max(gains) - (1.0 - LIKELY) * abs(max(gains))
+    begun = {_key(s): each for s, each, gain in zip(known, loose, gains, strict=True) if gain >= least}
+    likely = [s for s in known if _key(s) in begun]
+    tight = on_all(tight)
+    found = fitted(model, current, likely, progress, lambda s: on_all(begun[_key(s)]), end, least=tight.loss)
     whole = (*tried, *(each for each in found if each.gain > (best.gain if best else 0.0)))
     return (that_earns(model, current, whole, alarms) or best) if len(whole) > len(tried) else best, whole
+
+
+def _key(play: Score) -> tuple[str, str]:
+    return play.candidate.effect, play.candidate.place.address
 
 
 def _twists(model: Model, bench: FilterBench, p: Array) -> dict[str, float]:
