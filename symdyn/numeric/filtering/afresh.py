@@ -37,6 +37,7 @@ from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
+from symdyn.numeric.filtering.stiff import that_show
 from symdyn.numeric.filtering.windows import NEGLIGIBLE, SHARE, beyond
 
 Array = NDArray[np.float64]
@@ -136,7 +137,7 @@ def afresh(
     progress("every hypothesis on the model as given")
     bench, p = as_given(model, current)
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
-    ranked = scores(bench, p, tuple(beliefs), ready(model, current), progress)
+    ranked = scores(bench, p, tuple(beliefs), that_show(model, current, ready(model, current)), progress)
     promising = [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
 
     def begin(score: Score) -> MLFit:

@@ -31,6 +31,7 @@ from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
+from symdyn.numeric.filtering.stiff import that_show
 from symdyn.numeric.groups import same_place
 
 Array = NDArray[np.float64]
@@ -112,7 +113,7 @@ def step(
     ``rival``: nats that something else is expected to gain; what promises far less is not fitted. Without ``doubt``
     that anything is left, only what promises its price is.
     """
-    open_to_all = ready(model, current)
+    open_to_all = that_show(model, current, ready(model, current))
     ranked = scores(current.fit.bench, current.fit.p, tuple(current.beliefs), open_to_all, progress)
     worth = [WORTH + (0.0 if doubt else price(model, s.candidate)) for s in ranked]
     significant = [s for s, x in zip(ranked, worth, strict=True) if s.gain > x and s.p_value * len(ranked) < LEVEL]

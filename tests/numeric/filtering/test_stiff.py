@@ -10,11 +10,12 @@ import pytest
 
 from symdyn.compiler import compile_robot, load_robot
 from symdyn.numeric.filtering.gears import per_joint
+from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.likelihood import MLFit
 from symdyn.numeric.filtering.model import Model, without_latent
 from symdyn.numeric.filtering.signals import Signals, stretch
-from symdyn.numeric.filtering.stiff import resonance, rigid_with
+from symdyn.numeric.filtering.stiff import resonance, rigid_with, that_show
 
 TACHOMETER, MOTOR, WHEEL, LOAD = 34e-6, 41e-6, 196e-6, 372e-6  # kg m^2, as in the paper
 
@@ -74,6 +75,28 @@ def test_play_is_not_stiff_and_a_law_stays_where_it_may_be() -> None:
     assert "axis1" not in rigid_with(model, of, "axis1.motor", "coulomb_friction")
     model, of = seen(["axis1.motor"], 10.0)
     assert rigid_with(model, of, "axis1.motor", "payload") == ("axis1",)
+
+
+@pytest.mark.parametrize(
+    ("rate", "shown", "silent"),
+    [
+        (1000.0, ["axis1.motor"], ["d_1", "d_2"]),  # the tachometer's shaft, and the wave generator's
+        (1000.0, ["axis1.motor", "axis1.harmonic_drive"], ["d_1"]),
+        (10000.0, ["axis1.motor"], []),
+    ],
+)
+def test_laws_of_a_twist_that_no_sample_shows_are_not_asked(
+    rate: float, shown: Sequence[str], silent: Sequence[str]
+) -> None:
+    model, of = seen(shown, rate)
+    shafts = {s.damping.factors[0][0]: f"axis1.{s.name}" for s in model.robot.joints[0].drive.shafts}
+    asked = hypotheses(model.robot)
+    left_out = {(c.effect, c.place.address) for c in asked} - {
+        (c.effect, c.place.address) for c in that_show(model, of, asked)
+    }
+    assert {at for _, at in left_out} == {shafts[name] for name in silent}
+    assert not {effect for effect, _ in left_out} & {"backlash", "kinematic_error", "load_dependent_friction"}
+    assert all(("coulomb_friction", shafts[name]) in left_out for name in silent)
 
 
 def test_a_stretch_is_where_most_moves() -> None:
