@@ -32,8 +32,9 @@ def loosened(
 
     Only where free runs are off by twice the sensors' noise with the best of all else, or by more than that noise where
     nothing else is found. Each fit begins with the model as given, with some play, and with forces of which nothing is
-    known, so that flanks may meet when they do; what is no likelier then than the same without play is none. Of several
-    plays those go on that a stretch of the recording finds about as likely as the likeliest.
+    known, so that flanks may meet when they do. Of several plays those go on that a stretch of the recording finds
+    about as likely as the likeliest, and of these what comes near ``current``, which has an unknown force beside it;
+    what is hardly likelier than the same without play is none.
     """
     plays = [c for c in ready(model, current) if c.effect in with_play()]
     if not plays or not (off(model, best.after, TWICE) if best else off(model, current)):
@@ -74,7 +75,8 @@ def loosened(
     begun = {_key(s): each for s, each, gain in zip(known, loose, gains, strict=True) if gain >= least}
     likely = [s for s in known if _key(s) in begun]
     tight = on_all(tight)
-    found = fitted(model, current, likely, progress, lambda s: on_all(begun[_key(s)]), end, least=tight.loss)
+    near = tight.loss - LIKELY * max(0.0, tight.loss - current.fit.loss)
+    found = fitted(model, current, likely, progress, lambda s: on_all(begun[_key(s)]), end, least=near)
     whole = (*tried, *(each for each in found if each.gain > (best.gain if best else 0.0)))
     return (that_earns(model, current, whole, alarms) or best) if len(whole) > len(tried) else best, whole
 
