@@ -60,9 +60,8 @@ class Kernel:
             wanted = entries if shared and i == len(expected) - 1 else (count, *entries)
             if np.shape(values) != wanted:
                 raise ValueError(f"argument {i + 1} of {name} has the shape {np.shape(values)}, not {wanted}")
-            flat.append(
-                np.require(values, np.float64, ["C", "W"]).reshape(-1)
-            )  # Numba compiles anew for any other kind
+            # Numba compiles anew for arrays of any other kind.
+            flat.append(np.require(values, np.float64, ["C", "W"]).reshape(-1))
         out = np.empty((count, *shape))
         compiled(*flat, out.reshape(-1), np.intp(0), count)
         return out

@@ -141,7 +141,7 @@ def _with_events(
     outputs = np.zeros((len(time), 0))
     if kernel.outputs:
         modes = np.zeros((len(time), len(machine.switches)))
-        outputs = kernel.rows("output", found.states, np.ascontiguousarray(found.inputs), modes)
+        outputs = kernel.rows("output", found.states, found.inputs, modes)
     result = Trajectory(time, found.states, found.inputs, outputs, kernel.states, found.tries)
     return kernel, result, _Extras(found.events, energy, derivatives)
 

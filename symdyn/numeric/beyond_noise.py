@@ -108,6 +108,6 @@ def _efforts(bench: Workbench, frequency: Array) -> Array:
 def _forces(bench: Workbench, p: Array, frequency: Array, positions: Array) -> Array:
     """(m, n) power density of the efforts that accelerations need, from that of positions."""
     o = bench.observation
-    inertia = bench.kernel.rows("mass_matrix_p", np.ascontiguousarray(o.q), p)
+    inertia = bench.kernel.rows("mass_matrix_p", o.q, p)
     accelerations = (2.0 * np.pi * frequency[:, None]) ** 4 * positions
     return np.asarray(accelerations @ np.mean(inertia**2, axis=0).T * o.shown**2)

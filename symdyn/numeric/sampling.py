@@ -49,5 +49,5 @@ def left_by_derivatives(bench: Workbench, p: Array) -> Array:
     o, bent = bench.observation, np.zeros_like(bench.observation.q)
     for part in o.segments:
         bent[part] = derivative(derivative(o.q[part], o.time[part]), o.time[part]) - o.qdd[part]
-    inertia = bench.kernel.rows("mass_matrix_p", np.ascontiguousarray(o.q), p)
+    inertia = bench.kernel.rows("mass_matrix_p", o.q, p)
     return np.asarray(bench.bring(np.einsum("kij,kj->ki", inertia, bent)) * bench.counted)

@@ -298,6 +298,36 @@ def check_sizes(kernel: Kernel, name: str, program: Program) -> None:
                 function(*(np.ones(shape) if n == wrong else good[n] for n in names))
 
 
+def test_batches_made_in_python_are_the_same(machine: str, compiled: Machine, interpreted: Machines) -> None:
+    kernel, rng = interpreted(machine), np.random.default_rng(3)
+    for function in functions(compiled(machine).equations):
+        for name in (function.name, f"{function.name}_p"):
+            *sizes, shape = kernel.module.SHAPES[name]
+            p = (kernel.values,) if name.endswith("_p") else ()
+            states = [rng.uniform(-1.0, 1.0, (ROWS, *size)) for size in sizes[: len(sizes) - len(p)]]
+            wanted = getattr(kernel, f"{name}_batch")(*states, *p)
+            kept = [values.copy(order="F") for values in states]
+            for values in (*kept, *p):
+                values.flags.writeable = False
+            found = kernel.rows(name, *kept, *p)
+            assert found.shape == (ROWS, *shape)
+            np.testing.assert_array_equal(found, wanted)
+
+
+def test_batches_made_in_python_say_what_does_not_fit(machine: str, interpreted: Machines) -> None:
+    kernel = interpreted(machine)
+    n = len(kernel.coordinates)
+    q, p = np.zeros((ROWS, n)), kernel.values
+    assert kernel.rows("mass_matrix_p", q[:0], p).shape == (0, n, n)
+    for arguments, wrong in (((q[:, 1:], p), 1), ((q, p[1:]), 2)):
+        with pytest.raises(ValueError, match=rf"argument {wrong} of mass_matrix_p has the shape"):
+            kernel.rows("mass_matrix_p", *arguments)
+    with pytest.raises(ValueError, match="argument 2 of inverse_dynamics_p has the shape"):
+        kernel.rows("inverse_dynamics_p", q, q[1:], q, p)
+    with pytest.raises(AttributeError, match=r"has no dance$"):
+        kernel.rows("dance", q)
+
+
 def test_a_batch_may_be_empty(machine: str, interpreted: Machines) -> None:
     kernel = interpreted(machine)
     n = len(kernel.coordinates)

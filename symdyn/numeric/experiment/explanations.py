@@ -52,8 +52,7 @@ class Explained:
 
     def effort(self, motion: Motion) -> Array:
         """(N, n) that the motion takes."""
-        fed = (np.ascontiguousarray(values) for values in (motion.q, motion.qd, motion.qdd))
-        return np.asarray(self.kernel.rows("inverse_dynamics_p", *fed, self.p))
+        return self.kernel.rows("inverse_dynamics_p", motion.q, motion.qd, motion.qdd, self.p)
 
     def with_values(self, p: Array) -> Explained:
         """The same structure with other numbers, in its robot too."""

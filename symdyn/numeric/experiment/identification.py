@@ -91,8 +91,7 @@ def _information(model: Explained, family: Family, point: Array, noise: Noise, s
     motion = feasible(family, point, (model,))
     if motion is None:
         return None
-    fed = (np.ascontiguousarray(values) for values in (motion.q, motion.qd, motion.qdd))
-    jacobian = model.kernel.rows("inverse_dynamics_parameter_jacobian_p", *fed, model.p)
+    jacobian = model.kernel.rows("inverse_dynamics_parameter_jacobian_p", motion.q, motion.qd, motion.qdd, model.p)
     at = [model.kernel.parameters.index(name) for name in model.names]
     columns = (jacobian[:, :, at] * noise.weight[:, None] * size).reshape(-1, len(at))
     return np.asarray(columns.T @ columns * (family.duration * noise.rate / len(motion.time)))
