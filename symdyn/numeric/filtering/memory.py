@@ -21,6 +21,7 @@ from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.filtering.score import Left, Score, whitened
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.signals import Signals
+from symdyn.numeric.filtering.stiff import unseen_shafts
 from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.recording import Recording
 from symdyn.physics import catalogue
@@ -62,7 +63,7 @@ class _Tried:
 
 
 def lasting(model: Model, current: Explanation) -> tuple[Lasting, ...]:
-    """A score test of Dahl's loop, and of viscous friction that warms up, at every place, best first.
+    """A score test of Dahl's loop, and of viscous friction that warms up, at every place that shows, best first.
 
     Their forces depend on the motion alone, and that the filter has: no state is needed to test for them.
     """
@@ -71,7 +72,8 @@ def lasting(model: Model, current: Explanation) -> tuple[Lasting, ...]:
     states = bench.filtered(p).states
     left = Left.of(bench, p, tuple(current.beliefs))
     found: list[Lasting] = []
-    moving = [latent for latent in model.latents if latent.motion.any()]
+    unseen = unseen_shafts(model, current)
+    moving = [latent for latent in model.latents if latent.motion.any() and latent.place not in unseen]
     there = {(c.place.address, c.effect) for c in remembered(current)}
     for laws in (HYSTERESIS, WARMING):
         tried: list[_Tried] = []
