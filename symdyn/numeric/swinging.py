@@ -9,14 +9,11 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.transition import HALVES, room, transition
 
 Array = NDArray[np.float64]
 
 NUDGE = 1e-7  # of a state, for the slope of its rate
-HALF = 0.5  # size of a matrix of which the series of the exponential is summed,
-TERMS = 10  # to so many terms: 1e-10
-MOST = 60  # halvings until then
 SAME = 1e-6  # relative change of a slope, or of a step, below which it is the nudge's
 
 VECTOR, MATRIX = (types.Array(types.float64, d, "C") for d in (1, 2))
@@ -90,71 +87,23 @@ def settle(rate: Any, state: Array, control: Array, p: Array, first: int) -> Non
     state[first:] -= np.linalg.solve(slopes, plain)
 
 
-@compiled
-def _product(left: Array, right: Array, result: Array, by: float) -> None:
-    """Left @ right * by, of square matrices. Loops, here and below: array expressions take Numba 10 s to compile."""
-    size = len(left)
-    for i in range(size):
-        for j in range(size):
-            entry = 0.0
-            for k in range(size):
-                entry += left[i, k] * right[k, j]
-            result[i, j] = entry * by
-
-
-@compiled
-def _phi(slopes: Array, step: float, shares: Array, whole: Array, power: Array, term: Array, total: Array) -> None:
-    """``shares`` (h, 2 h) = step [phi1, phi2](step ``slopes``), from the exponential of a matrix (3 h, 3 h); the rest
-    is room for it."""
-    hidden, size, largest = len(slopes), len(whole), 0.0
-    for i in range(size):
-        for j in range(size):
-            whole[i, j] = 1.0 if j == i + hidden else 0.0
-            if i < hidden and j < hidden:
-                whole[i, j] = step * slopes[i, j]
-            largest = max(largest, abs(whole[i, j]))
-    halvings = 0
-    while largest * hidden > HALF and halvings < MOST:
-        largest *= 0.5
-        halvings += 1
-    for i in range(size):
-        for j in range(size):
-            whole[i, j] *= 0.5**halvings
-            power[i, j] = total[i, j] = 1.0 if i == j else 0.0
-    for count in range(1, TERMS):
-        _product(power, whole, term, 1.0 / count)
-        for i in range(size):
-            for j in range(size):
-                power[i, j] = term[i, j]
-                total[i, j] += term[i, j]
-    for _ in range(halvings):
-        _product(total, total, term, 1.0)
-        for i in range(size):
-            for j in range(size):
-                total[i, j] = term[i, j]
-    for i in range(hidden):
-        for j in range(2 * hidden):
-            shares[i, j] = step * total[i, hidden + j]
-
-
 @njit(  # type: ignore[untyped-decorator]
     types.void(RATE, MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, error_model="numpy"
 )
 def advance_together(rate: Any, states: Array, control: Array, time: Array, p: Array, first: int) -> None:
     """Fill columns from ``first`` on of ``states`` (N, nx), in place: z + h phi1(h J) f + h phi2(h J) (f' - f).
 
-    Rates go straight from f, with the motion at a sample, to f', with that at the next. phi1 and phi2 are parts of
-    exp [[h J, 1, 0], [0, 0, 1], 0], computed anew where the slopes changed: those of what swings freely do not.
+    Rates go straight from f, with the motion at a sample, to f', with that at the next. Integral and ramp of
+    ``transition``, h phi1 and h^2 phi2, are computed anew where the slopes changed: those of what swings freely do not.
     """
     count, size = states.shape
     hidden = size - first
     x, plain, slopes = np.empty(size), np.empty(hidden), np.empty((hidden, hidden))
     before, after = np.empty(hidden), np.empty(hidden)
-    known, spent, shares = np.zeros((hidden, hidden)), 0.0, np.empty((hidden, 2 * hidden))
-    whole, power, term, total = (
-        np.empty((3 * hidden, 3 * hidden)), np.empty((3 * hidden, 3 * hidden)),
-        np.empty((3 * hidden, 3 * hidden)), np.empty((3 * hidden, 3 * hidden)),
-    )  # fmt: skip
+    known, spent, wide = np.zeros((hidden, hidden)), 0.0, room(hidden)
+    jacobian, term, work = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
+    halves = np.zeros((HALVES, 3, wide, wide))
     for k in range(count - 1):
         step = time[k + 1] - time[k]
         for i in range(first):
@@ -170,8 +119,8 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
             spent = step
             for i in range(hidden):
                 for j in range(hidden):
-                    known[i, j] = slopes[i, j]
-            _phi(slopes, step, shares, whole, power, term, total)
+                    known[i, j] = jacobian[i, j] = slopes[i, j]
+            transition(jacobian, hidden, step, True, change, integral, ramp, term, work, halves)
         for i in range(first):
             x[i] = states[k, i]
         rate(x, control, p, before)
@@ -181,5 +130,5 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
         for i in range(hidden):
             moved = 0.0
             for j in range(hidden):
-                moved += shares[i, j] * before[j] + shares[i, hidden + j] * (after[j] - before[j])
+                moved += integral[i, j] * before[j] + ramp[i, j] / step * (after[j] - before[j])
             states[k + 1, first + i] = states[k, first + i] + moved

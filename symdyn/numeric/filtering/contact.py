@@ -57,19 +57,20 @@ def loosened(
         bench = model.bench(model.training, brief.bench.noise, brief.bench.held)
         return fit(bench, brief.p, brief.beliefs, settled=ROUGH, most=ROUNDS)
 
-    def loose_by(score: Score) -> MLFit:
-        progress(f"some {score.candidate.label}")
+    def with_some(score: Score) -> tuple[Array, Beliefs]:
         start = given.copy()
         (clearance,) = score.candidate.linear
         start[bench.index[score.candidate.parameter(clearance)]] = PART * twists[score.candidate.place.address]
-        return on_a_stretch(start, dict(beliefs) | candidate_beliefs(score.candidate, None))
+        return start, dict(beliefs) | candidate_beliefs(score.candidate, None)
 
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
 
     if not known:
         return best, tuple(tried)
-    tight, *loose = side_by_side(lambda s: loose_by(s) if s else on_a_stretch(given, beliefs), [None, *known])
+    progress(f"some play at {' and '.join(s.candidate.place.address for s in known)}")
+    starts = [(given, beliefs), *map(with_some, known)]
+    tight, *loose = side_by_side(lambda start: on_a_stretch(*start), starts)
     gains = [tight.loss - each.loss for each in loose]
     least = max(gains) - (1.0 - LIKELY) * abs(max(gains))
     begun = {_key(s): each for s, each, gain in zip(known, loose, gains, strict=True) if gain >= least}

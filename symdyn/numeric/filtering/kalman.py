@@ -7,13 +7,13 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.kinks import FINEST, HASTY, KINK, PATIENCE, RUNGS, bent, reach
-from symdyn.numeric.filtering.transition import HALVES, carry, copy, product, room, transition
+from symdyn.numeric.filtering.measure import measured
 from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.transition import HALVES, carry, copy, product, room, transition
 
 Array = NDArray[np.float64]
 
 KINKED = 0.05  # of the square of what a kink does to a step: variance, as it may come sooner or later
-SURPRISE = 3.0  # standard deviations, beyond which an innovation costs in proportion to itself (Huber 1964)
 MEMORY = 1000.0  # samples that say what is usual
 ALIKE = 1e-4  # relative change of the machine's Jacobian: with the one before a step goes as far
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
@@ -95,8 +95,8 @@ def run(  # type: ignore[no-untyped-def]
     work, and right for noise that is nearly the same.
 
     Across a kink a step goes in pieces (``kinks``), and what it did may be a little more or less: ``KINKED``.
-    An innovation beyond ``SURPRISE`` counts as one of larger variance, which ``s`` then says: a linearised filter is
-    sometimes wrong about which way a machine went.
+    A linearised filter is sometimes wrong about which way a machine went: an innovation beyond ``measure.SURPRISE``
+    counts as one of larger variance, which ``s`` then says.
 
     Sensitivities (d innovation / d p) take the gains as given (Ljung 1999, ch. 10: pseudo-linear regression);
     ``weight`` (N, q) is how far a parameter goes along in each step: a force with a course of its own is one, too.
@@ -144,70 +144,17 @@ def run(  # type: ignore[no-untyped-def]
     for k in range(count):
         # what was measured
         for v in range(filters):
-            here, cov = x[v], covs[v]
+            here = x[v]
             if len(out):
                 g(here, u[k], p, out)
                 if v == 0:
                     g_x(here, u[k], p, c_all)
                     if q:
                         g_p(here, u[k], p, outputs_by_p)
-            for i in range(n):
-                shown[i] = here[i]
-            for c in range(m):
-                if np.isnan(y[k, c]):
-                    e[v, k, c], s[v, k, c] = 0.0, 1.0
-                    if v == 0:
-                        for j in range(q):
-                            de[k, c, j] = 0.0
-                    steady[v] = False
-                    continue
-                index, gain = signals[c], gains[v, c]
-                if index < n:
-                    for i in range(nz):
-                        row[i] = 1.0 if i == index else 0.0
-                    value = here[index]
-                else:
-                    value = out[index - n]
-                    for i in range(n):
-                        row[i] = c_all[index - n, i]
-                        value += row[i] * (here[i] - shown[i])
-                    for i in range(n, nz):
-                        row[i] = 0.0
-                if not steady[v]:
-                    for i in range(nz):
-                        gain[i] = 0.0
-                    for j in range(nz):
-                        if row[j] != 0.0:  # most channels show one state
-                            for i in range(nz):
-                                gain[i] += cov[j, i] * row[j]
-                    variance = r[v, c]
-                    for i in range(nz):
-                        variance += row[i] * gain[i]
-                    # rounding may make a covariance of nearly nothing negative
-                    spread[v, c] = max(variance, r[v, c])
-                variance = spread[v, c]
-                innovation = y[k, c] - value
-                doubt = max(1.0, abs(innovation) / (SURPRISE * np.sqrt(variance)))
-                e[v, k, c], s[v, k, c] = innovation, variance * doubt
-                loss[v] += 0.5 * (innovation * innovation / s[v, k, c] + np.log(s[v, k, c]))
-                if v == 0:
-                    for j in range(q):
-                        slope = outputs_by_p[index - n, which[j]] if index >= n else 0.0
-                        for i in range(n):
-                            slope += row[i] * dz[i, j]
-                        de[k, c, j] = -slope
-                for i in range(nz):
-                    part = gain[i] / variance
-                    if i < n:
-                        here[i] += part * innovation
-                    else:
-                        w[v, i - n] += part * innovation
-                    if v == 0:
-                        for j in range(q):
-                            dz[i, j] += part * de[k, c, j]
-                    if not steady[v]:
-                        for j in range(nz):
-                            cov[i, j] -= part * gain[j]
+            loss[v], steady[v] = measured(
+                y[k], signals, r[v], out, c_all, outputs_by_p, which, q if v == 0 else 0, steady[v], here, w[v],
+                covs[v], gains[v], spread[v], dz, row, shown, loss[v], e[v, k], s[v, k], de[k],
+            )  # fmt: skip
         for i in range(nz):
             xs[k, i] = x[0, i] if i < n else w[0, i - n]
         if k + 1 == count:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.transition import copy, double, transition
 from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.transition import copy, double, transition
 
 Array = NDArray[np.float64]
 Rate = Callable[[Array, Array, Array, Array], None]

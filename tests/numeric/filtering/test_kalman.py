@@ -14,7 +14,7 @@ from symdyn.derive.coordinates import coordinates
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.beliefs import Belief, penalty
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
-from symdyn.numeric.filtering.kalman import SURPRISE
+from symdyn.numeric.filtering.measure import SURPRISE
 from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.scale import as_believed, of_force
 from symdyn.numeric.filtering.signals import Signals

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from symdyn.numeric.filtering.kinks import FINEST, HASTY, RUNGS, reach
-from symdyn.numeric.filtering.transition import HALVES
+from symdyn.numeric.transition import HALVES
 
 STEP, WIDE = 1e-3, 8
 FORCE, WIDTH = 1e6, 1e-3  # acceleration by friction, and the speed within which it turns

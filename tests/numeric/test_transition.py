@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import linalg
 
-from symdyn.numeric.filtering.transition import HALVES, double, product, room, transition
+from symdyn.numeric.transition import HALVES, double, product, room, transition
 
 Array = NDArray[np.float64]
 
