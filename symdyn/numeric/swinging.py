@@ -100,7 +100,7 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
     hidden = size - first
     x, plain, slopes = np.empty(size), np.empty(hidden), np.empty((hidden, hidden))
     before, after = np.empty(hidden), np.empty(hidden)
-    known, spent, wide = np.zeros((hidden, hidden)), 0.0, room(hidden)
+    spent, wide = 0.0, room(hidden)
     jacobian, term, work = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     halves = np.zeros((HALVES, 3, wide, wide))
@@ -114,12 +114,12 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
         changed = k == 0 or abs(step - spent) > SAME * step
         for i in range(hidden):
             for j in range(hidden):
-                changed = changed or not abs(slopes[i, j] - known[i, j]) <= SAME * (1.0 + abs(slopes[i, j]))
+                changed = changed or not abs(slopes[i, j] - jacobian[i, j]) <= SAME * (1.0 + abs(slopes[i, j]))
         if changed:
             spent = step
             for i in range(hidden):
                 for j in range(hidden):
-                    known[i, j] = jacobian[i, j] = slopes[i, j]
+                    jacobian[i, j] = slopes[i, j]
             transition(jacobian, hidden, step, True, change, integral, ramp, term, work, halves)
         for i in range(first):
             x[i] = states[k, i]

@@ -45,6 +45,8 @@ def loosened(
     known = [
         s for s in scores(quiet, given, tuple(beliefs), plays, progress) if twists[s.candidate.place.address] > 0.0
     ]
+    if not known:
+        return best, tuple(tried)
 
     part = brief(model)  # tells where a fit may begin, in a third of the time or less, and which play is likely
     short = part.bench(part.training, quiet.noise, quiet.held)
@@ -66,8 +68,6 @@ def loosened(
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)
 
-    if not known:
-        return best, tuple(tried)
     progress(f"some play at {' and '.join(s.candidate.place.address for s in known)}")
     starts = [(given, beliefs), *map(with_some, known)]
     tight, *loose = side_by_side(lambda start: on_a_stretch(*start), starts)
