@@ -10,11 +10,12 @@ from symdyn.numeric.hybrid.vectors import LANES, times
 
 Array = NDArray[np.float64]
 
-TERMS = 12  # of the series at the shortest step
+TERMS = 12  # of the series at the shortest step, at most
+EXACT = 1e-10  # of it: its last term
 SWEEPS = 2  # of balancing
 TINY = 1e-3
 HALVES = 12  # of a step, at most
-SHORT = 0.8  # largest row sum of A h at the shortest step: its series is then exact to 1e-11
+SHORT = 0.8  # largest row sum of A h at the shortest step
 
 
 @compiled
@@ -117,7 +118,11 @@ def transition(
     for i in range(n):
         term[i, i] = integral[i, i] = h
         ramp[i, i] = 0.5 * h * h
+    last, size = 1.0, largest * h
     for k in range(2, TERMS + 1):
+        last *= size / k
+        if last < EXACT:
+            break
         product(a, term, n, n, work)
         for i in range(count):
             flat_term[i] = flat_work[i] * (h / k)
@@ -136,20 +141,35 @@ def transition(
 
 
 @compiled
-def carry(
-    change: Array, integral: Array, ramp: Array, n: int, source: Array, growth: Array, moved: Array, dz: Array
-) -> None:
-    """dz (nz, q) over such a step, ``source`` + ``growth`` t added to its rate; both are used up, and ``moved``."""
-    q = dz.shape[1]
-    product(integral, source, n, n, moved)
+def gathered(
+    change: Array, integral: Array, ramp: Array, halves: Array, many: int, n: int, h: float, nodes: Array, rest: Array,
+    term: Array, work: Array,
+) -> None:  # fmt: skip
+    """What a source of the rate adds to n states over a step of ``h``: the sum of nodes[i] times the source at each of
+    the moments 0, h / 2^many, ..., h / 2, h, between which it goes straight.
+
+    The others are those of ``transition``, and the first ``many`` of its ``halves``; ``nodes`` (many + 2 or more, n, n)
+    with room, ``rest``, ``term`` and ``work`` for use here.
+    """
     for i in range(n):
-        for j in range(q):
-            source[i, j], dz[i, j] = dz[i, j], dz[i, j] + moved[i, j]
-    product(ramp, growth, n, n, moved)
-    for i in range(n):
-        for j in range(q):
-            dz[i, j] += moved[i, j]
-    product(change, source, n, n, moved)
-    for i in range(n):
-        for j in range(q):
-            dz[i, j] += moved[i, j]
+        for j in range(rest.shape[1]):
+            rest[i, j] = 1.0 if i == j else 0.0  # from the end of a piece to that of the step
+            nodes[many + 1, i, j] = term[i, j] = 0.0
+    for piece in range(many, -1, -1):
+        level = many - piece + 1 if piece else many
+        per_length = 2.0**level / h
+        for i in range(n):
+            for j in range(n):
+                term[i, j] = per_length * (halves[level - 1, 2, i, j] if level else ramp[i, j])
+        product(rest, term, n, n, work)
+        for i in range(n):
+            for j in range(n):
+                nodes[piece + 1, i, j] += work[i, j]
+                term[i, j] = (halves[level - 1, 1, i, j] if level else integral[i, j]) - term[i, j]
+        product(rest, term, n, n, nodes[piece])
+        if piece:
+            for i in range(n):
+                for j in range(n):
+                    term[i, j] = halves[level - 1, 0, i, j] + (1.0 if i == j else 0.0)
+            product(rest, term, n, n, work)
+            copy(work, rest)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import linalg
 
-from symdyn.numeric.transition import HALVES, double, product, room, transition
+from symdyn.numeric.transition import HALVES, double, gathered, product, room, transition
 
 Array = NDArray[np.float64]
 
@@ -63,6 +63,28 @@ def test_halves_of_a_step_and_its_double(size: float) -> None:
     double(*outs[:3], n, True, outs[4])
     for found, expected in zip(outs[:3], step_of(a, 2.0 * step), strict=True):
         np.testing.assert_allclose(found[:n, :n], expected, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize(("size", "pieces"), [(1.0, 1), (60.0, 5), (2000.0, 10)])
+def test_what_a_source_that_goes_straight_between_moments_adds(size: float, pieces: int) -> None:
+    """Against the exponential of each piece, its source and the slope of that as states of their own (Van Loan)."""
+    rng, n, step = np.random.default_rng(4), 5, 0.1
+    a = size * rng.normal(size=(n, n)) / n - size * np.eye(n)
+    outs, halves = [np.full((room(n), room(n)), 7.0) for _ in range(5)], np.zeros((HALVES, 3, room(n), room(n)))
+    many = transition(with_room(a), n, step, True, *outs, halves)
+    assert many + 1 == pieces
+    nodes, use = np.full((HALVES + 2, room(n), room(n)), 7.0), [np.full((room(n), room(n)), 7.0) for _ in range(3)]
+    gathered(*outs[:3], halves, many, n, step, nodes, *use)
+    moments = step * np.append(0.0, 0.5 ** np.arange(many, -1.0, -1.0))
+    sources = rng.normal(size=(len(moments), n))
+    x = np.zeros(n)
+    for first, last, begin, end in zip(moments, moments[1:], sources, sources[1:], strict=False):
+        wide = np.zeros((3 * n, 3 * n))  # d/dt [x, source, slope] = [a x + source, slope, 0]
+        wide[:n, :n], wide[:n, n : 2 * n], wide[n : 2 * n, 2 * n :] = a, np.eye(n), np.eye(n)
+        length = last - first
+        x = (linalg.expm(wide * length) @ np.concatenate([x, begin, (end - begin) / length]))[:n]
+    found = np.sum([node[:n, :n] @ source for node, source in zip(nodes, sources, strict=False)], axis=0)
+    np.testing.assert_allclose(found, x, rtol=1e-7, atol=1e-9 * np.abs(x).max())
 
 
 def test_a_singular_machine_drifts() -> None:

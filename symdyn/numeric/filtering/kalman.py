@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.filtering.kinks import FINEST, HASTY, KINK, PATIENCE, RUNGS, bent, reach
 from symdyn.numeric.filtering.measure import measured
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.transition import HALVES, carry, copy, product, room, transition
+from symdyn.numeric.transition import HALVES, gathered, product, room, transition
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ def _begin(cov: Array, p0: Array, power: Array, n: int) -> None:
 
 
 @njit(
-    types.void(
+    types.int64(
         *(
             _to_vector,
             _to_matrix,
@@ -85,6 +85,8 @@ def run(  # type: ignore[no-untyped-def]
 ):
     """Extended Kalman filter over a recording, its -log L up to a constant. All arrays C-contiguous.
 
+    Returns how many steps it took, and pieces of steps.
+
     State z = [x, w]: w (l,) are latent forces, Ornstein-Uhlenbeck processes along ``latent`` (np, l) in the space of
     parameters: of offsets, whose effect on the machine changes no sooner than its Jacobian. Measurement c shows state
     ``signals[c]``, or output ``signals[c] - n``. A measurement that is nan is left out; a step that is not finite
@@ -116,7 +118,7 @@ def run(  # type: ignore[no-untyped-def]
     built, h_ladder = 0 * count, -1.0  # no literal, or ``reach`` is compiled twice
     halves, many = np.zeros((HALVES, 3, wide, wide)), 0
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
-    by_p, by_p_there, outputs_by_p = np.zeros((n, len(p))), np.zeros((n, len(p))), np.zeros((len(out), len(p)))
+    by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     pushes, pushing = np.empty(len(p), dtype=np.int64), 0  # parameters that latent forces go along
     for i in range(len(p)):
         for j in range(nl):
@@ -125,12 +127,8 @@ def run(  # type: ignore[no-untyped-def]
                 pushing += 1
                 break
     force, forced = np.zeros((wide, room(nl))), np.zeros((wide, room(nl)))
-    dz, source, growth, moved = (  # those of rates have rows for inputs: zero, as integrals reach over both
-        np.zeros((wide_z, wide_q)),
-        np.zeros((wide, wide_q)),
-        np.zeros((wide, wide_q)),
-        np.zeros((wide_z, wide_q)),
-    )
+    dz, source, moved = np.zeros((wide_z, wide_q)), np.zeros((wide, wide_q)), np.zeros((wide_z, wide_q))
+    nodes, rest = np.zeros((HALVES + 2, wide, wide)), np.zeros((wide, wide))  # what that does over a step
     phi, work, turned = np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z))
     row, shown, h_old = np.zeros(nz), np.zeros(n), -1.0
     covs, gains, spread = np.zeros((filters, wide_z, wide_z)), np.zeros((filters, m, nz)), np.zeros((filters, m))
@@ -141,6 +139,7 @@ def run(  # type: ignore[no-untyped-def]
         for i in range(n):
             x[v, i] = x0[i]
         _begin(covs[v], p0, power[v], n)
+    taken = 0 * count
     for k in range(count):
         # what was measured
         for v in range(filters):
@@ -222,6 +221,7 @@ def run(  # type: ignore[no-untyped-def]
                 )  # fmt: skip
                 pieces += 1
             part += length
+            taken += 1
             h = whole * (length / FINEST)
             if not same:
                 unchanged, h_old = False, h
@@ -283,35 +283,34 @@ def run(  # type: ignore[no-untyped-def]
             for j in range(nu):
                 control[j] += h * slope_u[k, j]
             if q:
+                if not same:
+                    gathered(change, integral, ramp, halves, many, n, h, nodes, rest, term, space)
+                product(phi, dz, n, nz, moved)
+                for i in range(n):
+                    for j in range(q):
+                        dz[i, j] = moved[i, j]
                 # what a parameter adds to the rate goes straight between all h / 2^i: what is stiff settles early
-                for stage in range(many, -1, -1):
-                    if stage == 0:
-                        f_p(x[0], control, p, by_p_there)
-                    else:
-                        so_far = h * 0.5**stage
+                for node in range(many + 2):
+                    if node == many + 1:
+                        f_p(x[0], control, p, by_p)
+                    elif node:
+                        part_way = 0.5 ** (many + 1 - node)
                         for i in range(n):
                             between[i] = begun[i]
                             for j in range(n):
-                                between[i] += halves[stage - 1, 1, i, j] * rate[j]
+                                between[i] += halves[many - node, 1, i, j] * rate[j]
                             for j in range(nu):
-                                between[i] += halves[stage - 1, 1, i, n + j] * slope_u[k, j]
+                                between[i] += halves[many - node, 1, i, n + j] * slope_u[k, j]
                         for j in range(nu):
-                            ahead[j] = from_there[j] + so_far * slope_u[k, j]
-                        f_p(between, ahead, p, by_p_there)
-                    level = min(stage + 1, many)
+                            ahead[j] = from_there[j] + part_way * h * slope_u[k, j]
+                        f_p(between, ahead, p, by_p)
                     for i in range(n):
                         for j in range(q):
                             source[i, j] = weight[k, j] * by_p[i, which[j]]
-                            growth[i, j] = weight[k, j] * (by_p_there[i, which[j]] - by_p[i, which[j]])
-                            growth[i, j] /= h * 0.5**level
-                            for c in range(nl):
-                                source[i, j] += force[i, c] * dz[n + c, j]
-                    if level:
-                        own = halves[level - 1]
-                        carry(own[0], own[1], own[2], n, source, growth, moved, dz)
-                    else:
-                        carry(change, integral, ramp, n, source, growth, moved, dz)
-                    copy(by_p_there, by_p)
+                    product(nodes[node], source, n, n, moved)
+                    for i in range(n):
+                        for j in range(q):
+                            dz[i, j] += moved[i, j]
                 for j in range(nl):
                     for i in range(q):
                         dz[n + j, i] *= kept[0, j]
@@ -355,4 +354,5 @@ def run(  # type: ignore[no-untyped-def]
                 if v == 0:
                     for other in range(filters):
                         loss[other] = np.inf
-                    return
+                    return taken
+    return taken
